@@ -1,0 +1,21 @@
+/// Time as every module sees it: whole nanoseconds, as ROS stamps have it, so that a stamp survives any
+/// number of conversions unchanged and differences are exact.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace ratslam {
+
+using Stamp = std::int64_t;  ///< [ns] since the epoch of the recording's clock
+
+/// Time from `from` to `to` [s].
+inline double secondsBetween(Stamp from, Stamp to) { return static_cast<double>(to - from) * 1e-9; }
+
+/// Nearest stamp to a time in seconds.
+inline Stamp stampFromSeconds(double seconds) { return static_cast<Stamp>(std::llround(seconds * 1e9)); }
+
+/// A stamp in seconds; exact to about a microsecond for present-day Unix times.
+inline double toSeconds(Stamp stamp) { return static_cast<double>(stamp) * 1e-9; }
+
+}  // namespace ratslam

@@ -1,0 +1,43 @@
+/// The events that the models exchange, as the topics of the ROS graph carry them.
+#pragma once
+
+#include <cstdint>
+
+#include "ratslam/common/stamp.h"
+
+namespace ratslam {
+
+/// The view cell that an image made active (topic LocalView/Template).
+struct ViewEvent {
+  Stamp stamp = 0;            ///< of the image
+  std::uint32_t id = 0;       ///< the active view cell, which is also its template's number
+  double relative_rad = 0.0;  ///< heading now relative to the heading when the template was learned [rad]
+  double error = -1.0;        ///< error of the best candidate, -1 where no template was one
+  bool learned = false;       ///< the template is new
+};
+
+enum class ActionKind : std::uint32_t { kNone = 0, kCreateNode = 1, kCreateEdge = 2, kSetNode = 3 };
+
+/// What the pose cells decide about the map (topic PoseCell/TopologicalAction).
+struct TopologicalAction {
+  Stamp stamp = 0;
+  ActionKind kind = ActionKind::kNone;
+  std::uint32_t src_id = 0;   ///< experience that was current
+  std::uint32_t dest_id = 0;  ///< experience that is current now
+  double relative_rad = 0.0;  ///< heading now relative to that of the destination [rad]
+};
+
+/// Where an image was taken, relative to where the matched template was learned, as image geometry measured it.
+/// A monocular camera measures heading and the direction of the offset; its length is only bounded.
+struct RecallGeometry {
+  Stamp stamp = 0;
+  std::uint32_t view_id = 0;     ///< template that was recalled
+  double relative_rad = 0.0;     ///< heading now relative to the heading then [rad]
+  double direction_rad = 0.0;    ///< direction of the offset (now minus then) in the axes of then [rad]
+  double distance = -1.0;        ///< length of the offset [m], negative where unknown
+  double sigma_rotation = 0.05;  ///< standard deviation of relative_rad [rad]
+  double sigma_direction = 0.1;  ///< standard deviation of direction_rad [rad]
+  int inliers = 0;               ///< feature matches that agree with the geometry
+};
+
+}  // namespace ratslam
