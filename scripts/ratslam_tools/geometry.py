@@ -51,10 +51,31 @@ def rotation_angles(rotations: np.ndarray) -> np.ndarray:
     return 2 * np.arctan2(np.linalg.norm(quaternions[:, :3], axis=1), quaternions[:, 3])
 
 
+def rotation_vectors(rotations: np.ndarray) -> np.ndarray:
+    """Axis times angle [rad], (n, 3), of rotation matrices (n, 3, 3)."""
+    quaternions = quaternions_from_matrices(rotations)
+    norms = np.linalg.norm(quaternions[:, :3], axis=1)
+    angles = 2 * np.arctan2(norms, quaternions[:, 3])
+    factors = np.where(norms > 0, angles / np.where(norms > 0, norms, 1.0), 2.0)
+    return quaternions[:, :3] * factors[:, None]
+
+
 def rotation_about_z(angle: float) -> np.ndarray:
     """Rotation matrix (3, 3) by `angle` [rad] about z, counter-clockwise positive."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def rotation_about_x(angle: float) -> np.ndarray:
+    """Rotation matrix (3, 3) by `angle` [rad] about x."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def rotation_about_y(angle: float) -> np.ndarray:
+    """Rotation matrix (3, 3) by `angle` [rad] about y."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def transpose(rotations: np.ndarray) -> np.ndarray:
