@@ -49,3 +49,15 @@ def finish(pyplot, figure, path=None, show: bool = False, dpi: int = 130) -> Non
     if show:
         pyplot.show()
     pyplot.close(figure)
+
+
+def scale_bar(axes) -> None:
+    """A bar of a round length (1, 2 or 5 times a power of ten), about a fifth of the width, in the lower left corner."""
+    from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
+
+    low, high = axes.get_xlim()
+    room = (high - low) / 5
+    power = 10.0 ** np.floor(np.log10(room))
+    length = power * max(factor for factor in (1, 2, 5) if factor * power <= room)
+    axes.add_artist(AnchoredSizeBar(axes.transData, length, f"{length:g} m", "lower left", pad=0.6, frameon=True,
+                                    size_vertical=(high - low) / 300))
