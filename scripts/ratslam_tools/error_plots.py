@@ -31,11 +31,16 @@ def draw_coloured(axes, result, largest: float, label: str):
 
 
 def plot_errors(results, title: str, quantity: str, path=None, show: bool = False) -> None:
-    """Writes and/or shows the figure of all results, which share one colour scale.
+    """Writes and/or shows the figure of all results.
 
     @throws InputError if a window is asked for without a display, or the file cannot be written.
     """
     pyplot = plotting.load(show)
+    plotting.finish(pyplot, errors_figure(pyplot, results, title, quantity), path, show)
+
+
+def errors_figure(pyplot, results, title: str, quantity: str):
+    """Coloured trajectories, which share one colour scale, above the errors over time."""
     count = len(results)
     figure = pyplot.figure(figsize=(max(8.0, 5.6 * count), 9.0), constrained_layout=True)
     grid = figure.add_gridspec(2, count, height_ratios=[2.2, 1.0])
@@ -58,4 +63,4 @@ def plot_errors(results, title: str, quantity: str, path=None, show: bool = Fals
     axes.grid(alpha=0.3)
     axes.legend(loc="best", fontsize=8)
     figure.suptitle(title)
-    plotting.finish(pyplot, figure, path, show)
+    return figure

@@ -72,7 +72,7 @@ def draw_loop_links(axes, aligned: Aligned) -> None:
                            label=f"loop links ({len(ends)})")
     axes.add_collection(lines)
     dots = points[np.unique(ends)]
-    axes.plot(dots[:, 0], dots[:, 1], color=plotting.LINK, marker=".", markersize=4, linestyle="none", alpha=alpha, zorder=4)
+    axes.plot(dots[:, 0], dots[:, 1], color=plotting.LINK, marker=".", markersize=7, linestyle="none", alpha=alpha, zorder=4)
 
 
 def draw_templates(axes, run: Run) -> None:
