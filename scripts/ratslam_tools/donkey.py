@@ -119,7 +119,7 @@ def main(argv=None) -> None:
     parser.add_argument("--copy", action="store_true", help="copy the images (default: symbolic links)")
     parser.add_argument("--wheelbase", type=float, default=0.25, metavar="M", help="[m] (default %(default)s)")
     parser.add_argument("--max_steering_deg", type=float, default=25.0, metavar="DEG", help="at full lock (default %(default)s)")
-    parser.add_argument("--steering_trim", type=float, default=0.115, metavar="X",
+    parser.add_argument("--steering_trim", type=float, default=0.12, metavar="X",
                         help="command at which the car runs straight (default %(default)s)")
     parser.add_argument("--speed_per_throttle", type=float, default=5.0, metavar="M/S",
                         help="speed at full throttle (default %(default)s)")
