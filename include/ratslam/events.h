@@ -27,8 +27,8 @@ struct TopologicalAction {
   double relative_rad = 0.0;  ///< heading now relative to that of the destination [rad]
 };
 
-/// Where an image was taken, relative to where the matched template was learned, as image geometry measured it.
-/// A monocular camera measures heading and the direction of the offset; its length is only bounded.
+/// Where an image was taken, relative to where the matched template was learned, as image geometry measured
+/// it. A monocular camera measures heading and the direction of the offset; its length is only bounded.
 struct RecallGeometry {
   Stamp stamp = 0;
   std::uint32_t view_id = 0;     ///< template that was recalled

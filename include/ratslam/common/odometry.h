@@ -13,12 +13,13 @@ struct OdometrySample {
   Stamp stamp = 0;
   double speed = 0.0;     ///< forward [m/s]
   double yaw_rate = 0.0;  ///< [rad/s], counter-clockwise positive
-  /// Pose of base_link in the odometry's own frame (x forward at the start, z up), where the source gives one.
+  /// Pose of base_link in the odometry's own frame (x forward at the start, z up), where the source gives
+  /// one.
   std::optional<Eigen::Isometry3d> pose;
 };
 
-/// Motion over one stretch of time, in the axes of the robot *at the end* of it (the heading turns first, then
-/// the robot moves along it: MODEL's reference arithmetic). A planar odometry has left = up = 0.
+/// Motion over one stretch of time, in the axes of the robot *at the end* of it (the heading turns first,
+/// then the robot moves along it: MODEL's reference arithmetic). A planar odometry has left = up = 0.
 struct OdometryStep {
   double dt = 0.0;        ///< [s]
   double rotation = 0.0;  ///< change of heading [rad]

@@ -1,8 +1,9 @@
 /// A stream of odometry laid out in time, so that its motion can be asked for up to any stamp.
 ///
-/// The twist of a sample holds from the sample before it to its own stamp; the first sample only sets the clock.
-/// Images come at stamps of their own, often between two samples: the motion of the sample that covers an image's
-/// stamp is then divided there. What a caller gets is a function of stamps and values, never of arrival order.
+/// The twist of a sample holds from the sample before it to its own stamp; the first sample only sets the
+/// clock. Images come at stamps of their own, often between two samples: the motion of the sample that covers
+/// an image's stamp is then divided there. What a caller gets is a function of stamps and values, never of
+/// arrival order.
 #pragma once
 
 #include <deque>
@@ -35,12 +36,15 @@ class OdometryTimeline {
   /// True once motion up to `stamp` is known.
   bool reached(Stamp stamp) const { return last_ && stamp <= last_->stamp; }
 
-  /// Steps from where the last call ended (at first: the first sample) to `stamp`, oldest first; empty where
-  /// that is no time. Requires reached(stamp).
+  /// Steps from where the last call ended (at first: the first sample) to `stamp`, or as far towards it as
+  /// the motion is known, oldest first; empty where that is no time.
   std::vector<TimedStep> advanceTo(Stamp stamp);
 
   /// Start of the known time, once the first sample has set the clock.
   std::optional<Stamp> clockStart() const { return start_; }
+  /// Where the last call of advanceTo ended.
+  Stamp cursor() const { return cursor_; }
+  std::optional<Stamp> lastStamp() const { return last_ ? std::optional<Stamp>(last_->stamp) : std::nullopt; }
 
   /// Forgets everything; the next sample sets the clock anew.
   void reset();

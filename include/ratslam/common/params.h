@@ -1,7 +1,8 @@
 /// Parameters described once, read from anywhere.
 ///
 /// A parameter struct lists its fields in one template method, and everything that needs the names - the ROS
-/// parameter server, YAML and ini files, `--set key=value`, range checks, the tables of the README - visits it:
+/// parameter server, YAML and ini files, `--set key=value`, range checks, the tables of the README - visits
+/// it:
 ///
 ///     struct PoseCellParams {
 ///       int n_xy = 21;
@@ -12,7 +13,8 @@
 ///       void validate() const;   // bounds of all fields (checkBounds), then what ties fields to each other
 ///     };
 ///
-/// Field types: bool, int, double, std::string, std::vector<double>. Defaults live in the struct and nowhere else.
+/// Field types: bool, int, double, std::string, std::vector<double>. Defaults live in the struct and nowhere
+/// else.
 #pragma once
 
 #include <cmath>

@@ -15,10 +15,10 @@
 namespace ratslam {
 
 struct ParameterValue {
-  std::string text;                  ///< a scalar
-  std::vector<std::string> elements; ///< a list (text is empty then)
+  std::string text;                   ///< a scalar
+  std::vector<std::string> elements;  ///< a list (text is empty then)
   bool is_list = false;
-  std::string origin;                ///< "config/kitti.yaml:12", "--set", "/ratslam_lv/vt_shift_match"
+  std::string origin;  ///< "config/kitti.yaml:12", "--set", "/ratslam_lv/vt_shift_match"
 };
 
 class ParameterMap {
@@ -67,7 +67,8 @@ template <class Params>
 std::set<std::string> keysOf() {
   std::set<std::string> keys;
   Params params;
-  params.visitFields([&keys](const std::string& key, auto&, const Bounds&, const char*) { keys.insert(key); });
+  params.visitFields(
+      [&keys](const std::string& key, auto&, const Bounds&, const char*) { keys.insert(key); });
   return keys;
 }
 

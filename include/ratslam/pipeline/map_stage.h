@@ -1,16 +1,15 @@
-/// The experience map fed by its stamped streams: odometry, decisions of the pose cells, and, where recalls are
-/// verified by image geometry, what that geometry measured.
+/// The experience map fed by its stamped streams: odometry, decisions of the pose cells, and, where recalls
+/// are verified by image geometry, what that geometry measured.
 ///
-/// A decision is processed once every stream has reached its stamp: motion up to it first, then the action. The
-/// result depends on stamps and values alone.
+/// A decision is processed once every stream has reached its stamp: motion up to it first, then the action.
+/// The result depends on stamps and values alone.
 #pragma once
 
-#include <deque>
 #include <map>
 #include <optional>
 #include <vector>
 
-#include "ratslam/common/odometry_timeline.h"
+#include "ratslam/common/event_gate.h"
 #include "ratslam/events.h"
 #include "ratslam/experience_map/experience_map.h"
 
@@ -18,39 +17,39 @@ namespace ratslam {
 
 class MapStage {
  public:
-  /// @param wait_for_geometry  every decision is accompanied by a RecallGeometry (inliers 0: none was measured)
+  /// @param wait_for_geometry  every decision is accompanied by a RecallGeometry (inliers 0: none was
+  /// measured)
   MapStage(const ExperienceMapParams& params, bool wait_for_geometry);
 
-  /// kTimeWentBack has already reset the streams; the sample that told so sets the clock anew.
-  SampleVerdict addOdometry(const OdometrySample& sample);
+  /// kTimeWentBack has already reset the stream; the sample that told so sets the clock anew.
+  SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
   /// One per view event, kind kNone included: it tells how far the pose cells have got.
-  /// @return false where the stamp lies before the one before it, which resets the streams.
+  /// @return false where the stamp lies before the one before it
   bool addDecision(const TopologicalAction& action);
-  void addGeometry(const RecallGeometry& geometry);
+  void addGeometry(const RecallGeometry& geometry) { geometry_[geometry.stamp] = geometry; }
 
   /// Processes what has become possible. @return stamps of the processed decisions, oldest first.
-  /// @throws std::invalid_argument where an action names experiences that do not exist; that action is dropped,
+  /// @throws std::invalid_argument where an action names experiences that do not exist; that action is
+  /// dropped,
   ///         the rest stays queued and the map unharmed
   std::vector<Stamp> drain();
 
-  /// Processes waiting decisions with the motion and geometry known so far: for a live stream that fell silent.
+  /// Processes waiting decisions with the motion and geometry known so far: for a live stream that fell
+  /// silent.
   std::vector<Stamp> drainWithoutWaiting();
 
-  std::size_t waitingDecisions() const { return decisions_.size(); }
+  std::size_t waitingDecisions() const { return gate_.size(); }
   const ExperienceMap& map() const { return map_; }
   ExperienceMap& map() { return map_; }
 
  private:
-  bool ready(const TopologicalAction& next) const;
   void process(const TopologicalAction& action);
-  void interrupt();
 
   ExperienceMap map_;
   bool wait_for_geometry_;
-  OdometryTimeline odometry_;
-  std::deque<TopologicalAction> decisions_;
+  EventGate<TopologicalAction> gate_;
   std::map<Stamp, RecallGeometry> geometry_;
-  std::optional<Stamp> last_decision_;
+  bool started_ = false;
 };
 
 }  // namespace ratslam

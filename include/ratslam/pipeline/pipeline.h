@@ -8,12 +8,11 @@
 /// the same map to the last bit.
 #pragma once
 
-#include <array>
-#include <memory>
+#include <functional>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "ratslam/config/parameter_map.h"
 #include "ratslam/local_view/local_view_cells.h"
@@ -23,16 +22,73 @@
 
 namespace ratslam {
 
+/// The parameters of all models.
 struct PipelineParams {
   LocalViewParams local_view;
   PoseCellParams pose_cells;
   ExperienceMapParams experience_map;
   ProfileOdometryParams profile_odometry;
 
-  /// @throws std::invalid_argument for bad values and for keys that no module knows
+  /// @throws std::invalid_argument for a bad value, naming key, value, what would be right and the origin
   static PipelineParams fromMap(const ParameterMap& map);
-  /// Keys of all modules and of general settings: what a shared configuration file may contain.
+  /// Keys of all models and of the nodes around them: what a shared configuration file may contain.
   static std::set<std::string> knownKeys();
+  /// Calls visit(key, value, bounds, meaning) for every parameter of every model.
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    local_view.visitFields(visit);
+    pose_cells.visitFields(visit);
+    experience_map.visitFields(visit);
+    profile_odometry.visitFields(visit);
+  }
+};
+
+/// Where the motion comes from.
+using OdometrySource = std::function<OdometrySample(Stamp, const cv::Mat&)>;
+
+/// Seconds of computing time that each model has taken so far. Not a result: it never influences one.
+struct ModuleTimes {
+  double odometry = 0.0;
+  double local_view = 0.0;
+  double pose_cells = 0.0;
+  double experience_map = 0.0;
+};
+
+class Pipeline {
+ public:
+  /// What one image, or one sample of odometry, has set in motion.
+  struct Progress {
+    std::vector<OdometrySample> odometry;     ///< samples made from the image
+    std::vector<ViewEvent> views;             ///< view events of the image
+    std::vector<PoseCellDecision> decisions;  ///< that have become possible, oldest first
+    std::vector<Stamp> mapped;                ///< stamps up to which the map has got, oldest first
+  };
+
+  /// @param odometry  makes odometry of images; none where it comes from outside through `addOdometry`
+  /// @throws std::invalid_argument for bad parameters
+  Pipeline(const PipelineParams& params, OdometrySource odometry);
+
+  /// @throws std::invalid_argument where the image does not suit the parameters or the images before it
+  Progress addImage(Stamp stamp, const cv::Mat& image);
+  /// A sample that is not finite or repeats a stamp is left out and counted.
+  Progress addOdometry(const OdometrySample& sample);
+
+  const LocalViewCells& localView() const { return local_view_; }
+  const PoseCellStage& poseCells() const { return pose_cells_; }
+  const ExperienceMap& map() const { return map_.map(); }
+  const ModuleTimes& times() const { return times_; }
+  std::size_t droppedOdometry() const { return dropped_odometry_; }
+
+ private:
+  void feedOdometry(const OdometrySample& sample);
+  void drain(Progress& progress);
+
+  OdometrySource odometry_;
+  LocalViewCells local_view_;
+  PoseCellStage pose_cells_;
+  MapStage map_;
+  ModuleTimes times_;
+  std::size_t dropped_odometry_ = 0;
 };
 
 }  // namespace ratslam

@@ -1,14 +1,13 @@
 /// Pose cells fed by two stamped streams: odometry and view events.
 ///
-/// A view event is processed once the odometry has reached its stamp; all motion since the view before it makes
-/// one attractor iteration (so a faster odometry changes nothing but its accuracy), then the view cell acts, then
-/// the decision is taken. The result depends on stamps and values alone.
+/// A view event is processed once the odometry has reached its stamp; all motion since the view before it
+/// makes one attractor iteration (so a faster odometry changes nothing but its accuracy), then the view cell
+/// acts, then the decision is taken. The result depends on stamps and values alone.
 #pragma once
 
-#include <deque>
 #include <vector>
 
-#include "ratslam/common/odometry_timeline.h"
+#include "ratslam/common/event_gate.h"
 #include "ratslam/events.h"
 #include "ratslam/pose_cells/pose_cells.h"
 
@@ -23,12 +22,12 @@ struct PoseCellDecision {
 
 class PoseCellStage {
  public:
-  explicit PoseCellStage(const PoseCellParams& params) : cells_(params), odometry_(false) {}
+  explicit PoseCellStage(const PoseCellParams& params) : cells_(params), gate_(false) {}
 
-  /// kTimeWentBack has already reset the streams; the sample that told so sets the clock anew.
-  SampleVerdict addOdometry(const OdometrySample& sample);
-  /// @return false where the view's stamp lies before the one before it, which resets the streams.
-  bool addView(const ViewEvent& view);
+  /// kTimeWentBack has already reset the stream; the sample that told so sets the clock anew.
+  SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
+  /// @return false where the view's stamp lies before the one before it
+  bool addView(const ViewEvent& view) { return gate_.addEvent(view); }
 
   /// Decisions that have become possible, oldest first.
   std::vector<PoseCellDecision> drain();
@@ -36,16 +35,14 @@ class PoseCellStage {
   /// Processes the waiting views with the motion known so far: for a live odometry that has fallen silent.
   std::vector<PoseCellDecision> drainWithoutOdometry();
 
-  std::size_t waitingViews() const { return views_.size(); }
+  std::size_t waitingViews() const { return gate_.size(); }
   const PoseCells& cells() const { return cells_; }
 
  private:
   PoseCellDecision process(const ViewEvent& view);
 
   PoseCells cells_;
-  OdometryTimeline odometry_;
-  std::deque<ViewEvent> views_;
-  std::optional<Stamp> last_view_;
+  EventGate<ViewEvent> gate_;
 };
 
 }  // namespace ratslam

@@ -19,7 +19,8 @@ OdometryStep partOf(const OdometryStep& whole, bool from_pose, double from, doub
   const double share = to - from;
   OdometryStep part{dt, whole.rotation * share, whole.forward * share, whole.left * share, whole.up * share};
   if (from_pose) {
-    // A displacement measured as a chord is straight in space: only the axes it is told in turn with the robot.
+    // A displacement measured as a chord is straight in space: only the axes it is told in turn with the
+    // robot.
     const double left_to_turn = whole.rotation * (1.0 - to);
     const double c = std::cos(left_to_turn);
     const double s = std::sin(left_to_turn);
@@ -72,8 +73,9 @@ std::vector<TimedStep> OdometryTimeline::advanceTo(Stamp stamp) {
       steps.push_back({end, next.whole});
     } else {
       const double length = static_cast<double>(next.end - next.begin);
-      steps.push_back({end, partOf(next.whole, next.from_pose, static_cast<double>(cursor_ - next.begin) / length,
-                                   static_cast<double>(end - next.begin) / length, secondsBetween(cursor_, end))});
+      steps.push_back(
+          {end, partOf(next.whole, next.from_pose, static_cast<double>(cursor_ - next.begin) / length,
+                       static_cast<double>(end - next.begin) / length, secondsBetween(cursor_, end))});
     }
     cursor_ = end;
     if (end == next.end) pending_.pop_front();

@@ -1,0 +1,34 @@
+/// Trajectories as the field's tools read them.
+///
+/// TUM: a line `stamp x y z qx qy qz qw` a pose (stamp [s] with nine digits after the point, so that no stamp
+/// is rounded). KITTI: a line of the 12 numbers of the 3x4 matrix [R|t], row by row, a pose; stamps are lost.
+/// Numbers are written with 17 significant digits: reading them back gives the same doubles, and two runs
+/// with equal results leave equal bytes.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "ratslam/common/stamp.h"
+
+namespace ratslam {
+
+struct StampedPose3 {
+  Stamp stamp = 0;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+};
+
+/// A stamp as seconds with nine decimals, exactly.
+std::string formatStamp(Stamp stamp);
+
+/// @throws std::runtime_error naming the file where it cannot be written
+void writeTum(const std::string& path, const std::vector<StampedPose3>& trajectory);
+/// @throws std::runtime_error naming the file where it cannot be written
+void writeKitti(const std::string& path, const std::vector<StampedPose3>& trajectory);
+
+/// Reads poses of 12 numbers a line. @throws std::runtime_error naming file, line and reason
+std::vector<Eigen::Isometry3d> readKittiPoses(const std::string& path);
+
+}  // namespace ratslam

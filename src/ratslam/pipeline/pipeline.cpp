@@ -1,0 +1,87 @@
+#include "ratslam/pipeline/pipeline.h"
+
+#include <chrono>
+
+namespace ratslam {
+namespace {
+
+/// Adds the time from its construction to its end.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& total) : total_(total), begin_(Clock::now()) {}
+  ~Stopwatch() { total_ += std::chrono::duration<double>(Clock::now() - begin_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& total_;
+  Clock::time_point begin_;
+};
+
+}  // namespace
+
+PipelineParams PipelineParams::fromMap(const ParameterMap& map) {
+  PipelineParams params;
+  map.read(params.local_view);
+  map.read(params.pose_cells);
+  map.read(params.experience_map);
+  map.read(params.profile_odometry);
+  return params;
+}
+
+std::set<std::string> PipelineParams::knownKeys() {
+  std::set<std::string> keys;
+  PipelineParams params;
+  params.visitFields([&keys](const std::string& key, auto&, const Bounds&, const char*) { keys.insert(key); });
+  return keys;
+}
+
+Pipeline::Pipeline(const PipelineParams& params, OdometrySource odometry)
+    : odometry_(std::move(odometry)),
+      local_view_(params.local_view),
+      pose_cells_(params.pose_cells),
+      map_(params.experience_map, false) {}
+
+Pipeline::Progress Pipeline::addImage(Stamp stamp, const cv::Mat& image) {
+  Progress progress;
+  if (odometry_) {
+    {
+      const Stopwatch watch(times_.odometry);
+      progress.odometry.push_back(odometry_(stamp, image));
+    }
+    feedOdometry(progress.odometry.back());
+  }
+  {
+    const Stopwatch watch(times_.local_view);
+    progress.views.push_back(local_view_.observe(stamp, image));
+  }
+  pose_cells_.addView(progress.views.back());
+  drain(progress);
+  return progress;
+}
+
+Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
+  Progress progress;
+  feedOdometry(sample);
+  drain(progress);
+  return progress;
+}
+
+void Pipeline::feedOdometry(const OdometrySample& sample) {
+  const SampleVerdict verdict = pose_cells_.addOdometry(sample);
+  map_.addOdometry(sample);
+  if (verdict == SampleVerdict::kNotFinite || verdict == SampleVerdict::kRepeatedStamp) ++dropped_odometry_;
+}
+
+void Pipeline::drain(Progress& progress) {
+  {
+    const Stopwatch watch(times_.pose_cells);
+    progress.decisions = pose_cells_.drain();
+  }
+  const Stopwatch watch(times_.experience_map);
+  for (const PoseCellDecision& decision : progress.decisions) map_.addDecision(decision.action);
+  progress.mapped = map_.drain();
+}
+
+}  // namespace ratslam

@@ -1,0 +1,150 @@
+#include "ratslam/dataset/recording.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "ratslam/dataset/kitti_folder.h"
+#include "ratslam/dataset/trajectory_io.h"
+
+namespace ratslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+class DatasetTest : public ::testing::Test {
+ protected:
+  DatasetTest()
+      : folder_(fs::temp_directory_path() /
+                (std::string("dataset_") + ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "image_0");
+  }
+  ~DatasetTest() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& content) const {
+    std::ofstream(folder_ / name) << content;
+  }
+  void writeImages(int count) const {
+    for (int i = 0; i < count; ++i) {
+      cv::imwrite((folder_ / "image_0" / (std::to_string(100 + i) + ".png")).string(),
+                  cv::Mat(4, 6, CV_8UC1, cv::Scalar(i)));
+    }
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  template <class Action>
+  static std::string complaint(Action action) {
+    try {
+      action();
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(DatasetTest, KittiFolderHandsOutImagesInOrderHoweverManyThreadsDecode) {
+  writeImages(23);
+  std::string times;
+  for (int i = 0; i < 23; ++i) times += std::to_string(0.1 * i) + "\n";
+  write("times.txt", times);
+  write("image_0/111.png", "this is no picture");
+  for (const int threads : {1, 4}) {
+    KittiFolder folder(folder_.string());
+    EXPECT_EQ(folder.imageCount(), 23U);
+    DecodeAhead ahead(folder, threads);
+    int count = 0;
+    while (auto item = ahead.next()) {
+      const auto& image = std::get<DecodedImage>(*item);
+      EXPECT_EQ(image.stamp, stampFromSeconds(0.1 * count));
+      if (count == 11) {
+        EXPECT_TRUE(image.image.empty());
+        EXPECT_FALSE(image.error.empty());
+      } else {
+        ASSERT_FALSE(image.image.empty());
+        EXPECT_EQ(image.image.at<std::uint8_t>(0, 0), count);
+      }
+      ++count;
+    }
+    EXPECT_EQ(count, 23);
+  }
+}
+
+TEST_F(DatasetTest, DecodingCanBeAbandonedMidway) {
+  writeImages(9);
+  write("times.txt", "0\n1\n2\n3\n4\n5\n6\n7\n8\n");
+  KittiFolder folder(folder_.string());
+  DecodeAhead ahead(folder, 2);
+  EXPECT_TRUE(ahead.next().has_value());
+}
+
+TEST_F(DatasetTest, FaultyFoldersAreNamed) {
+  EXPECT_NE(complaint([&] { KittiFolder(path("nowhere")); }).find("nowhere/image_0"), std::string::npos);
+  EXPECT_NE(complaint([&] { KittiFolder(folder_.string()); }).find("no .png or .jpg"), std::string::npos);
+  writeImages(3);
+  EXPECT_NE(complaint([&] { KittiFolder(folder_.string()); }).find("times.txt"), std::string::npos);
+  write("times.txt", "0\n0.1\n");
+  EXPECT_NE(complaint([&] { KittiFolder(folder_.string()); }).find("2 times for 3 images"),
+            std::string::npos);
+  write("times.txt", "0\nsoon\n2\n");
+  EXPECT_NE(complaint([&] { KittiFolder(folder_.string()); }).find("times.txt:2: 'soon'"), std::string::npos);
+}
+
+TEST_F(DatasetTest, OdometryFileIsLaidIntoTheImagesByStamp) {
+  writeImages(3);
+  write("times.txt", "0\n1\n2\n");
+  write("odometry.csv", "frame,stamp,linear_x,angular_z\n0,0,0,0\n1,0.5,2,0.25\n2,1,3,0\n3,2.5,4,0\n");
+  KittiFolder folder(folder_.string());
+  RecordingWithOdometry recording(folder, readOdometryCsv(path("odometry.csv")));
+  std::string order;
+  Stamp last = 0;
+  while (auto item = recording.next()) {
+    const auto* image = std::get_if<RecordedImage>(&*item);
+    const Stamp stamp = image != nullptr ? image->stamp : std::get<OdometrySample>(*item).stamp;
+    EXPECT_GE(stamp, last);
+    last = stamp;
+    order += image != nullptr ? 'i' : 'o';
+  }
+  EXPECT_EQ(order, "oiooiio");
+}
+
+TEST_F(DatasetTest, FaultyOdometryFilesAreNamed) {
+  write("a.csv", "stamp,speed\n0,1\n");
+  EXPECT_NE(complaint([&] { readOdometryCsv(path("a.csv")); }).find("no column named linear_x"),
+            std::string::npos);
+  write("b.csv", "stamp,linear_x,angular_z\n0,1,0\n1,nan,0\n");
+  EXPECT_NE(complaint([&] { readOdometryCsv(path("b.csv")); }).find("b.csv:3: column linear_x"),
+            std::string::npos);
+  write("c.csv", "stamp,linear_x,angular_z\n1,1,0\n1,1,0\n");
+  EXPECT_NE(complaint([&] { readOdometryCsv(path("c.csv")); }).find("c.csv:3: stamps must rise"),
+            std::string::npos);
+}
+
+TEST_F(DatasetTest, KittiPosesComeBackToTheLastBit) {
+  std::vector<StampedPose3> trajectory(3);
+  for (int i = 0; i < 3; ++i) {
+    trajectory[static_cast<std::size_t>(i)].pose =
+        Eigen::Translation3d(0.1 * i, 1.0 / 3.0, -7e-9) *
+        Eigen::AngleAxisd(0.3 * i, Eigen::Vector3d(1, 2, 3).normalized());
+  }
+  writeKitti(path("poses.txt"), trajectory);
+  const auto back = readKittiPoses(path("poses.txt"));
+  ASSERT_EQ(back.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(back[i].matrix(), trajectory[i].pose.matrix());
+  write("short.txt", "1 0 0 0 0 1 0 0 0 0 1\n");
+  EXPECT_NE(complaint([&] { readKittiPoses(path("short.txt")); }).find("short.txt:1"), std::string::npos);
+}
+
+TEST(FormatStamp, KeepsEveryNanosecond) {
+  EXPECT_EQ(formatStamp(1669759744666123457), "1669759744.666123457");
+  EXPECT_EQ(formatStamp(5), "0.000000005");
+  EXPECT_EQ(formatStamp(-1500000000), "-1.500000000");
+}
+
+}  // namespace
+}  // namespace ratslam
