@@ -30,25 +30,4 @@ class KittiFolder : public Recording {
   std::size_t next_ = 0;
 };
 
-/// Odometry from a CSV file with the columns frame,stamp,linear_x,angular_z (names in the first line; more
-/// columns and any order of them are fine). @throws std::runtime_error naming file, line and reason
-std::vector<OdometrySample> readOdometryCsv(const std::string& path);
-
-/// A recording with odometry of its own laid into it by stamp; what the recording itself has of odometry is
-/// left out. At one stamp the odometry comes first.
-class RecordingWithOdometry : public Recording {
- public:
-  RecordingWithOdometry(Recording& images, std::vector<OdometrySample> odometry)
-      : images_(images), odometry_(std::move(odometry)) {}
-
-  std::optional<RecordedItem> next() override;
-  std::size_t imageCount() const override { return images_.imageCount(); }
-
- private:
-  Recording& images_;
-  std::vector<OdometrySample> odometry_;
-  std::size_t next_odometry_ = 0;
-  std::optional<RecordedItem> waiting_image_;
-};
-
 }  // namespace ratslam

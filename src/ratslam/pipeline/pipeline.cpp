@@ -33,7 +33,8 @@ PipelineParams PipelineParams::fromMap(const ParameterMap& map) {
 std::set<std::string> PipelineParams::knownKeys() {
   std::set<std::string> keys;
   PipelineParams params;
-  params.visitFields([&keys](const std::string& key, auto&, const Bounds&, const char*) { keys.insert(key); });
+  params.visitFields(
+      [&keys](const std::string& key, auto&, const Bounds&, const char*) { keys.insert(key); });
   return keys;
 }
 

@@ -7,6 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "ratslam/dataset/kitti_folder.h"
+#include "ratslam/dataset/odometry_file.h"
+#include "ratslam/dataset/recorder_folder.h"
 #include "ratslam/dataset/trajectory_io.h"
 
 namespace ratslam {
@@ -99,8 +101,8 @@ TEST_F(DatasetTest, OdometryFileIsLaidIntoTheImagesByStamp) {
   writeImages(3);
   write("times.txt", "0\n1\n2\n");
   write("odometry.csv", "frame,stamp,linear_x,angular_z\n0,0,0,0\n1,0.5,2,0.25\n2,1,3,0\n3,2.5,4,0\n");
-  KittiFolder folder(folder_.string());
-  RecordingWithOdometry recording(folder, readOdometryCsv(path("odometry.csv")));
+  RecordingWithOdometry recording(std::make_unique<KittiFolder>(folder_.string()),
+                                  readOdometryCsv(path("odometry.csv")));
   std::string order;
   Stamp last = 0;
   while (auto item = recording.next()) {
@@ -111,6 +113,38 @@ TEST_F(DatasetTest, OdometryFileIsLaidIntoTheImagesByStamp) {
     order += image != nullptr ? 'i' : 'o';
   }
   EXPECT_EQ(order, "oiooiio");
+}
+
+TEST_F(DatasetTest, RecorderFolderTakesStampsFromItsIndexOrFromTheNames) {
+  fs::create_directories(folder_ / "images");
+  for (const char* name : {"1669759744666", "1669759744766", "1669759744866"}) {
+    cv::imwrite((folder_ / "images" / (std::string(name) + ".jpeg")).string(),
+                cv::Mat(8, 8, CV_8UC1, cv::Scalar(9)));
+  }
+  EXPECT_EQ(RecorderFolder(folder_.string()).imageCount(), 3U) << "without an index the names tell the time";
+  write("data_image.txt",
+        "1669759744766,images/1669759744766.jpeg\n1669759744666,images/1669759744666.jpeg\n"
+        "1669759744766,images/1669759744866.jpeg\n1669759744999,images/missing.jpeg\n");
+  RecorderFolder recorder(folder_.string());
+  EXPECT_EQ(recorder.imageCount(), 3U) << "the repeated stamp is left out";
+  const auto first = recorder.next();
+  const auto second = recorder.next();
+  const auto third = recorder.next();
+  EXPECT_EQ(std::get<RecordedImage>(*first).stamp, 1669759744666 * 1000000);
+  EXPECT_EQ(std::get<RecordedImage>(*second).stamp, 1669759744766 * 1000000);
+  EXPECT_FALSE(std::get<RecordedImage>(*second).decode().empty());
+  EXPECT_TRUE(std::get<RecordedImage>(*third).decode().empty())
+      << "a missing file is a corrupt image, not the end";
+  EXPECT_FALSE(recorder.next().has_value());
+}
+
+TEST_F(DatasetTest, RecorderNamesInNanosecondsAndFaultyIndexes) {
+  fs::create_directories(folder_ / "images");
+  cv::imwrite((folder_ / "images/1669759744666123456.jpg").string(), cv::Mat(8, 8, CV_8UC1, cv::Scalar(9)));
+  RecorderFolder recorder(folder_.string());
+  EXPECT_EQ(std::get<RecordedImage>(*recorder.next()).stamp, 1669759744666123456);
+  write("data_image.txt", "soon,images/1.jpeg\n");
+  EXPECT_NE(complaint([&] { RecorderFolder(folder_.string()); }).find("data_image.txt:1"), std::string::npos);
 }
 
 TEST_F(DatasetTest, FaultyOdometryFilesAreNamed) {

@@ -1,0 +1,39 @@
+/// Progress of a long run for whoever watches the terminal: share done, rate, time left.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <iosfwd>
+#include <string>
+
+namespace ratslam {
+
+class ProgressBar {
+ public:
+  /// @param out    where to draw, usually std::cerr
+  /// @param total  number of steps, 0 where it is unknown
+  /// @param unit   what a step is: "frames"
+  /// @param drawn  false keeps it silent (no terminal)
+  ProgressBar(std::ostream& out, std::size_t total, std::string unit, bool drawn);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// Draws anew at most ten times a second.
+  void update(std::size_t done);
+
+  /// What the line says after `seconds` of work.
+  std::string line(std::size_t done, double seconds) const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::ostream& out_;
+  std::size_t total_;
+  std::string unit_;
+  bool drawn_;
+  bool begun_ = false;
+  Clock::time_point start_;
+  Clock::time_point last_;
+};
+
+}  // namespace ratslam

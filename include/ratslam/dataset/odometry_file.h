@@ -1,0 +1,34 @@
+/// Odometry from a file, laid into a recording of images.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ratslam/dataset/recording.h"
+
+namespace ratslam {
+
+/// Odometry from a CSV file with the columns frame,stamp,linear_x,angular_z (names in the first line; more
+/// columns and any order of them are fine). @throws std::runtime_error naming file, line and reason
+std::vector<OdometrySample> readOdometryCsv(const std::string& path);
+
+/// A recording with odometry of its own laid into it by stamp; what the recording itself has of odometry is
+/// left out. At one stamp the odometry comes first.
+class RecordingWithOdometry : public Recording {
+ public:
+  RecordingWithOdometry(std::unique_ptr<Recording> images, std::vector<OdometrySample> odometry)
+      : images_(std::move(images)), odometry_(std::move(odometry)) {}
+
+  std::optional<RecordedItem> next() override;
+  std::size_t imageCount() const override { return images_->imageCount(); }
+
+ private:
+  std::unique_ptr<Recording> images_;
+  std::vector<OdometrySample> odometry_;
+  std::size_t next_odometry_ = 0;
+  std::optional<RecordedItem> waiting_image_;
+};
+
+}  // namespace ratslam

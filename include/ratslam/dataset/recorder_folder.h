@@ -1,0 +1,32 @@
+/// A folder of the Android dataset recorder with which the paper's NN sequences were made.
+///
+/// `data_image.txt` has lines `ms,images/<ms>.jpeg` (Unix milliseconds at the camera's callback). Older
+/// recordings have no such index and name their images by nanoseconds: then the names tell the time. Lines
+/// may be out of order and stamps may repeat: images are handed out by stamp, of equal ones only the first.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ratslam/dataset/recording.h"
+
+namespace ratslam {
+
+class RecorderFolder : public Recording {
+ public:
+  /// Whether a folder looks like the recorder's.
+  static bool recognises(const std::string& folder);
+
+  /// @throws std::runtime_error naming file, line and reason
+  explicit RecorderFolder(const std::string& folder);
+
+  std::optional<RecordedItem> next() override;
+  std::size_t imageCount() const override { return images_.size(); }
+
+ private:
+  std::vector<std::pair<Stamp, std::string>> images_;  ///< stamp and path, by stamp
+  std::size_t next_ = 0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,70 @@
+#include "ratslam/dataset/recorder_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "ratslam/dataset/csv.h"
+
+namespace ratslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Names of up to 13 digits are milliseconds, longer ones nanoseconds.
+std::optional<Stamp> stampOfName(const std::string& name) {
+  if (name.empty() || name.size() > 19 || name.find_first_not_of("0123456789") != std::string::npos)
+    return std::nullopt;
+  const Stamp number = std::stoll(name);
+  return name.size() <= 13 ? number * 1000000 : number;
+}
+
+}  // namespace
+
+bool RecorderFolder::recognises(const std::string& folder) {
+  return fs::exists(folder + "/data_image.txt") || fs::is_directory(folder + "/images");
+}
+
+RecorderFolder::RecorderFolder(const std::string& folder) {
+  const std::string index_path = folder + "/data_image.txt";
+  if (std::ifstream index(index_path); index) {
+    std::string line;
+    for (int number = 1; std::getline(index, line); ++number) {
+      const auto words = splitCsv(line);
+      if (words.empty()) continue;
+      const auto stamp = stampOfName(words[0]);
+      if (words.size() < 2 || !stamp) {
+        throw std::runtime_error(index_path + ":" + std::to_string(number) + ": '" + line +
+                                 "' is not of the form milliseconds,images/<milliseconds>.jpeg");
+      }
+      images_.emplace_back(*stamp, folder + "/" + words[1]);
+    }
+  } else {
+    for (const std::string& path : listImages(folder + "/images")) {
+      const auto stamp = stampOfName(fs::path(path).stem().string());
+      if (!stamp)
+        throw std::runtime_error(path +
+                                 ": without data_image.txt an image's name must be its time in ns or ms");
+      images_.emplace_back(*stamp, path);
+    }
+  }
+  const auto earlier = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::stable_sort(images_.begin(), images_.end(), earlier);
+  const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+  images_.erase(std::unique(images_.begin(), images_.end(), same), images_.end());
+  if (images_.empty()) throw std::runtime_error(index_path + ": lists no images");
+}
+
+std::optional<RecordedItem> RecorderFolder::next() {
+  if (next_ >= images_.size()) return std::nullopt;
+  RecordedImage image;
+  image.stamp = images_[next_].first;
+  image.name = images_[next_].second;
+  image.decode = [path = image.name] { return cv::imread(path, cv::IMREAD_UNCHANGED); };
+  ++next_;
+  return image;
+}
+
+}  // namespace ratslam
