@@ -105,6 +105,10 @@ RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message) {
   geometry.sigma_rotation = message.sigma_rotation;
   geometry.sigma_direction = message.sigma_direction;
   geometry.inliers = static_cast<int>(message.inliers);
+  geometry.template_stamp = stampFromRos(message.template_stamp);
+  geometry.companion_stamp = stampFromRos(message.companion_stamp);
+  geometry.distance_ratio = message.distance_ratio;
+  geometry.sigma_ratio = message.sigma_ratio;
   return geometry;
 }
 
@@ -118,6 +122,10 @@ ratslam_ros::RecallGeometry geometryToMessage(const RecallGeometry& geometry) {
   message.sigma_rotation = geometry.sigma_rotation;
   message.sigma_direction = geometry.sigma_direction;
   message.inliers = static_cast<std::uint32_t>(geometry.inliers);
+  message.template_stamp = stampToRos(geometry.template_stamp);
+  message.companion_stamp = stampToRos(geometry.companion_stamp);
+  message.distance_ratio = geometry.distance_ratio;
+  message.sigma_ratio = geometry.sigma_ratio;
   return message;
 }
 

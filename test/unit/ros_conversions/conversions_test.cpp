@@ -88,7 +88,7 @@ TEST(Events, UnknownActionIsNamed) {
 }
 
 TEST(Events, GeometrySurvivesTheWire) {
-  const RecallGeometry geometry{7, 21, 0.1, -2.0, -1.0, 0.01, 0.2, 85};
+  const RecallGeometry geometry{7, 21, 0.1, -2.0, -1.0, 0.01, 0.2, 85, 5000000003, 4000000002, 1.5, 0.25};
   const RecallGeometry back = geometryFromMessage(geometryToMessage(geometry));
   EXPECT_EQ(back.stamp, geometry.stamp);
   EXPECT_EQ(back.view_id, geometry.view_id);
@@ -98,6 +98,10 @@ TEST(Events, GeometrySurvivesTheWire) {
   EXPECT_EQ(back.sigma_rotation, geometry.sigma_rotation);
   EXPECT_EQ(back.sigma_direction, geometry.sigma_direction);
   EXPECT_EQ(back.inliers, geometry.inliers);
+  EXPECT_EQ(back.template_stamp, geometry.template_stamp);
+  EXPECT_EQ(back.companion_stamp, geometry.companion_stamp);
+  EXPECT_EQ(back.distance_ratio, geometry.distance_ratio);
+  EXPECT_EQ(back.sigma_ratio, geometry.sigma_ratio);
 }
 
 TEST(Poses, YawAndTransformAgree) {
