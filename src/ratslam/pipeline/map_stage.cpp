@@ -7,7 +7,7 @@ MapStage::MapStage(const ExperienceMapParams& params, bool wait_for_geometry)
 
 bool MapStage::addDecision(const TopologicalAction& action) {
   const bool forward = gate_.addEvent(action);
-  if (!forward) map_.interrupt();
+  if (!forward) started_ = false;  // the map's clock is set anew: no motion, no time across the jump
   return forward;
 }
 

@@ -1,0 +1,102 @@
+/// The experience map: a graph of places that odometry and recalls keep consistent, the robot's pose in it,
+/// its trajectory, and the way to a goal. Sources: equations (4) and (6); OpenRatSLAM; pose_graph.h for the
+/// default solver.
+///
+/// Steps, at each stamp in this order:
+///  1. integrate(): odometry is accumulated relative to where the robot was last placed in the map;
+///  2. apply(): the pose cells' decision creates or recalls an experience, links it to the one the robot came
+///  from, and
+///     the solver works on the map - relaxation (6), or the weighted graph;
+///  3. robotPose() is the pose of the robot's frame (+) odometry since.
+/// Work that one update may not hold up is spread over the following ones; settle() finishes it.
+///
+/// exp_solver relaxation is OpenRatSLAM's map in MODEL's reference arithmetic, including its sign of
+/// relative_rad in links (facing = odometry + relative_rad). The graph solver takes relative_rad as events.h
+/// defines it: heading now minus that of the destination.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "ratslam/events.h"
+#include "ratslam/experience_map/experience_graph.h"
+#include "ratslam/experience_map/goal_planner.h"
+#include "ratslam/experience_map/map_solver.h"
+#include "ratslam/experience_map/params.h"
+#include "ratslam/experience_map/trajectory.h"
+
+namespace ratslam {
+
+class ExperienceMap {
+ public:
+  /// @throws std::invalid_argument naming key, value and requirement.
+  explicit ExperienceMap(const ExperienceMapParams& params);
+
+  /// Sets the clock: the first odometry message, or the first after time has jumped. Time that passed on the
+  /// old clock stays counted, the jump is not.
+  void start(Stamp stamp);
+
+  /// Motion from the newest stamp up to `end`. Only the stamps measure time; step.dt is not used.
+  /// @throws std::invalid_argument where the clock is not set, time runs backwards or a number is not finite;
+  /// the map is then as before.
+  void integrate(Stamp end, const OdometryStep& step);
+
+  /// A decision of the pose cells, after all odometry up to its stamp. The link starts at the experience that
+  /// is current here, since odometry has been accumulated from there.
+  /// @param geometry where image geometry measured the recall: of the recalled experience, or of the known
+  /// template at whose recall a new experience was created; null otherwise.
+  /// @throws std::invalid_argument where an experience does not exist, the new one is not the next number,
+  /// the recalled one is current already, or a number is not finite; the map is then as before.
+  void apply(const TopologicalAction& action, const RecallGeometry* geometry = nullptr);
+
+  /// Finishes the work on the map that updates have left over. The newest online pose stays what it was.
+  void settle();
+
+  /// Pose in the map: x, y, z [m], yaw [rad], log-scale of the odometry.
+  MapPose robotPose() const;
+
+  const ExperienceGraph& graph() const { return graph_; }
+
+  /// Experience where the robot is, none before the first.
+  std::optional<std::uint32_t> currentExperience() const { return current_; }
+
+  /// Grows with every change of what graph() holds.
+  std::uint64_t revision() const { return graph_.revision(); }
+
+  /// The path as it was known at the time, one pose for each stamp.
+  const std::vector<StampedPose>& onlineTrajectory() const { return trajectory_.online(); }
+
+  /// The same path as the present map sees it.
+  std::vector<StampedPose> finalTrajectory() const;
+
+  /// Asks for the way to a place. @param x, y [m] in the map. @return whether there is one, and if not why.
+  const Goal& setGoal(double x, double y);
+
+  const Goal& goal() const { return planner_.goal(); }
+
+  /// From the robot to the goal: the robot's pose, then the experiences on the way; empty unless a goal is
+  /// active or has been reached.
+  std::vector<MapPose> pathToGoal() const;
+
+ private:
+  void checkAction(const TopologicalAction& action, const RecallGeometry* geometry) const;
+  void create(const RecallGeometry* geometry);
+  void recall(const TopologicalAction& action, const RecallGeometry* geometry);
+  Link measuredLink(std::uint32_t to, double relative_rad) const;
+  MapPose framePose(std::uint32_t frame) const;
+  void record();
+
+  ExperienceMapParams params_;
+  ExperienceGraph graph_;
+  std::unique_ptr<MapSolver> solver_;
+  Trajectory trajectory_;
+  GoalPlanner planner_;
+  MapPose origin_;  ///< where the odometry starts
+  RobotPlace robot_;
+  std::optional<std::uint32_t> current_;
+  std::optional<Stamp> clock_;
+  Stamp current_since_ = 0;
+};
+
+}  // namespace ratslam

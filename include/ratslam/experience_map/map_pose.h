@@ -1,0 +1,75 @@
+/// Poses of the map, which carry the odometry's scale, and motion measured relative to them.
+///
+/// A pose of the map holds the logarithm of its local scale: the factor that turns the odometry's unit of
+/// length into the map's. compose(a, m) applies it, between(a, b) takes it out again. Source: weighted graph
+/// of pose_graph.h.
+#pragma once
+
+#include <cmath>
+
+#include "ratslam/common/angles.h"
+#include "ratslam/common/odometry.h"
+#include "ratslam/common/stamp.h"
+
+namespace ratslam {
+
+struct MapPose {
+  double x = 0.0;          ///< [m]
+  double y = 0.0;          ///< [m]
+  double z = 0.0;          ///< [m], up
+  double yaw = 0.0;        ///< facing [rad]
+  double log_scale = 0.0;  ///< logarithm of map metres per metre of odometry
+
+  double scale() const { return std::exp(log_scale); }
+};
+
+struct StampedPose {
+  Stamp stamp = 0;
+  MapPose pose;
+};
+
+/// A pose in the axes of another one, in the odometry's unit of length.
+struct RelativePose {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+  double yaw = 0.0;  ///< [rad]
+};
+
+/// Odometry accumulated since some pose of the map.
+struct Motion {
+  RelativePose pose;
+  double length = 0.0;  ///< way driven, forwards or backwards, in the odometry's unit
+
+  /// The heading turns first, then the robot moves along it (MODEL's reference arithmetic).
+  void add(const OdometryStep& step) {
+    pose.yaw = wrapAngle(pose.yaw + step.rotation);
+    const double c = std::cos(pose.yaw);
+    const double s = std::sin(pose.yaw);
+    pose.x += step.forward * c - step.left * s;
+    pose.y += step.forward * s + step.left * c;
+    pose.z += step.up;
+    length += std::sqrt(step.forward * step.forward + step.left * step.left + step.up * step.up);
+  }
+};
+
+/// The pose reached from `a` by the motion `m`, at the scale of `a`.
+inline MapPose compose(const MapPose& a, const RelativePose& m) {
+  const double c = std::cos(a.yaw);
+  const double s = std::sin(a.yaw);
+  const double scale = a.scale();
+  return {a.x + scale * (c * m.x - s * m.y), a.y + scale * (s * m.x + c * m.y), a.z + scale * m.z,
+          wrapAngle(a.yaw + m.yaw), a.log_scale};
+}
+
+/// The place of `b` seen from `a`, in the odometry's unit: compose(a, between(a, b)) is at `b`.
+inline RelativePose between(const MapPose& a, const MapPose& b) {
+  const double c = std::cos(a.yaw);
+  const double s = std::sin(a.yaw);
+  const double per_metre = std::exp(-a.log_scale);
+  const double dx = per_metre * (b.x - a.x);
+  const double dy = per_metre * (b.y - a.y);
+  return {c * dx + s * dy, -s * dx + c * dy, per_metre * (b.z - a.z), wrapAngle(b.yaw - a.yaw)};
+}
+
+}  // namespace ratslam

@@ -1,0 +1,54 @@
+/// What ExperienceMap asks of a solver: to place the robot when a place is created or recalled, and to keep
+/// the poses of the map consistent with what was measured.
+///
+/// A solver places things in frames. relaxation.h knows one frame per experience; pose_graph_map.h adds one
+/// per recall, because the robot that recognises a place does not stand exactly where it stood then.
+#pragma once
+
+#include <cstdint>
+
+#include "ratslam/events.h"
+#include "ratslam/experience_map/experience_graph.h"
+
+namespace ratslam {
+
+/// Where the robot is: its motion since the frame it was last placed in.
+struct RobotPlace {
+  std::uint32_t frame = 0;
+  Motion motion;
+};
+
+class MapSolver {
+ public:
+  MapSolver() = default;
+  MapSolver(const MapSolver&) = delete;
+  MapSolver& operator=(const MapSolver&) = delete;
+  virtual ~MapSolver() = default;
+
+  /// Pose of a frame in the map.
+  virtual MapPose framePose(const ExperienceGraph& graph, std::uint32_t frame) const = 0;
+
+  /// Frame of an experience.
+  virtual std::uint32_t frameOf(std::uint32_t experience) const = 0;
+
+  /// The newest experience of the graph was created where the robot is; the first one where the map starts.
+  /// @param geometry where a template was recalled there, else null. @return the robot's place from now on.
+  virtual RobotPlace create(const ExperienceGraph& graph, const RobotPlace& robot,
+                            const RecallGeometry* geometry) = 0;
+
+  /// The robot recognised an experience. @param relative_rad heading now relative to that of the experience
+  /// [rad].
+  virtual RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
+                            double relative_rad, const RecallGeometry* geometry) = 0;
+
+  /// Works on the poses after an action; a bounded amount of work.
+  virtual void update(ExperienceGraph& graph, RobotPlace& robot) = 0;
+
+  /// Goes on with work left over from earlier updates; a bounded amount of work.
+  virtual void resume(ExperienceGraph& graph) = 0;
+
+  /// Finishes all work left over.
+  virtual void settle(ExperienceGraph& graph) = 0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,64 @@
+/// Parameters of the experience map: OpenRatSLAM's, those of the weighted graph, and those of the goal
+/// planner.
+///
+/// Lengths are in the unit of the odometry, metres for a metric one. `exp_recall_sigma` is the length of "the
+/// same place"; the random walks are stated per square root of that length, so a small robot sets this one
+/// value.
+#pragma once
+
+#include <string>
+
+#include "ratslam/common/params.h"
+
+namespace ratslam {
+
+struct ExperienceMapParams {
+  double exp_correction = 0.5;
+  int exp_loops = 10;
+  double exp_initial_em_deg = 90.0;
+  std::string exp_solver = "graph";
+  bool exp_scale = false;
+  bool exp_height = false;
+  double exp_recall_sigma = 1.0;
+  double exp_recall_facing_sigma = 0.3;
+  double exp_recall_kernel = 2.0;
+  double exp_odometry_sigma = 0.03;
+  double exp_rotation_sigma = 0.001;
+  double exp_scale_sigma = 0.003;
+  double exp_goal_radius = 5.0;
+  double exp_goal_timeout = 600.0;
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    visit("exp_correction", exp_correction, Bounds{0.0, 0.5},
+          "relaxation: share of a link's disagreement by which a sweep moves each end");
+    visit("exp_loops", exp_loops, Bounds{0, 100000}, "relaxation: sweeps over all links after each action");
+    visit("exp_initial_em_deg", exp_initial_em_deg, Bounds{-360.0, 360.0}, "facing at the start [deg]");
+    visit("exp_solver", exp_solver, Bounds{},
+          "graph: weighted links, solved to the optimum; relaxation: OpenRatSLAM's sweeps");
+    visit("exp_scale", exp_scale, Bounds{}, "graph: experiences carry the scale of the odometry");
+    visit("exp_height", exp_height, Bounds{}, "graph: experiences carry height");
+    visit("exp_recall_sigma", exp_recall_sigma, Bounds{1e-6, 1e6},
+          "graph: distance at which two places still look the same, one standard deviation [m]");
+    visit("exp_recall_facing_sigma", exp_recall_facing_sigma, Bounds{1e-4, 10.0},
+          "graph: standard deviation of the heading of a recall without image geometry [rad]");
+    visit("exp_recall_kernel", exp_recall_kernel, Bounds{0.1, 1e6},
+          "graph: disagreement, in standard deviations, from which on a recall is doubted");
+    visit("exp_odometry_sigma", exp_odometry_sigma, Bounds{1e-6, 10.0},
+          "graph: relative error of the odometry's distance over a stretch of one exp_recall_sigma");
+    visit("exp_rotation_sigma", exp_rotation_sigma, Bounds{1e-7, 10.0},
+          "graph: error of the odometry's heading over a stretch of one exp_recall_sigma [rad]");
+    visit("exp_scale_sigma", exp_scale_sigma, Bounds{1e-9, 10.0},
+          "graph: change of the odometry's log-scale over a stretch of one exp_recall_sigma");
+    visit("exp_goal_radius", exp_goal_radius, Bounds{0.0, 1e9},
+          "greatest distance of a goal from the nearest experience [m]");
+    visit("exp_goal_timeout", exp_goal_timeout, Bounds{0.0, 1e9}, "time allowed for reaching a goal [s]");
+  }
+
+  bool relaxes() const { return exp_solver == "relaxation"; }
+
+  /// @throws std::invalid_argument naming key, value and requirement.
+  void validate() const;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,81 @@
+/// The weighted graph behind a map that carries scale and height.
+///
+/// Nodes are poses (x, y, facing, lambda = log-scale, z). A constraint says where node `to` lies in the frame
+/// of node `from`; with m its displacement (in the odometry's unit where the odometry measured it, in the
+/// map's otherwise):
+///
+///     r_xy     = W_xy (R(facing_i)^T (p_j - p_i) - exp(lambda_i) m_ij)
+///     r_facing = w_r wrap(facing_j - facing_i - facing_ij)
+///     r_lambda = w_s (lambda_j - lambda_i)                    only where the odometry measured
+///     r_z      = w_z (z_j - z_i - exp(lambda_i) dz_ij)
+///
+/// The energy is the sum of squares; a recall's share is passed through Cauchy's kernel c^2 log(1 + r^2 /
+/// c^2), so that a wrong one cannot fold the map, while one that the odometry's uncertainty leaves possible
+/// still closes. With unit weights, lambda = 0 and z absent this is equation (6)'s energy. Node 0 is fixed.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "ratslam/experience_map/map_pose.h"
+
+namespace ratslam {
+
+struct Constraint {
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  RelativePose measured;
+  Eigen::Matrix2d xy_weight =
+      Eigen::Matrix2d::Identity();  ///< square root of the information, in the axes of `from`
+  double yaw_weight = 1.0;          ///< 1 / standard deviation
+  double scale_weight = 1.0;
+  double z_weight = 1.0;
+  bool recall = false;  ///< says nothing about scale, is measured in the map's unit, and may be wrong
+};
+
+using Residual = Eigen::Matrix<double, 5, 1>;          ///< weighted: along, across, facing, log-scale, height
+using ResidualJacobian = Eigen::Matrix<double, 5, 5>;  ///< by (x, y, facing, log-scale, z) of a node
+
+struct LinearisedConstraint {
+  Residual residual;
+  ResidualJacobian by_from;
+  ResidualJacobian by_to;
+};
+
+class PoseGraph {
+ public:
+  /// @param kernel width c of Cauchy's kernel on recalls, in standard deviations.
+  explicit PoseGraph(double kernel) : kernel_(kernel) {}
+
+  const std::vector<MapPose>& nodes() const { return nodes_; }
+  std::vector<MapPose>& nodes() { return nodes_; }
+  const std::vector<Constraint>& constraints() const { return constraints_; }
+  std::size_t recalls() const { return recalls_; }
+
+  std::uint32_t addNode(const MapPose& pose);
+
+  /// @throws std::invalid_argument where an end does not exist or both ends are the same.
+  void addConstraint(const Constraint& constraint);
+
+  static Residual residual(const Constraint& constraint, const MapPose& from, const MapPose& to);
+  static LinearisedConstraint linearise(const Constraint& constraint, const MapPose& from, const MapPose& to);
+
+  /// A constraint's share of the energy, given its squared residual.
+  double energy(const Constraint& constraint, double squared) const;
+
+  /// Derivative of energy() by the squared residual: the constraint's weight in a reweighted least-squares
+  /// step.
+  double weight(const Constraint& constraint, double squared) const;
+
+  /// Energy of the graph with its nodes at `nodes`.
+  double energy(const std::vector<MapPose>& nodes) const;
+
+ private:
+  double kernel_;
+  std::vector<MapPose> nodes_;
+  std::vector<Constraint> constraints_;
+  std::size_t recalls_ = 0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,168 @@
+"""Reading from and writing to rosbags. The only module that needs ROS (python3-rosbag and the message packages)."""
+
+import os
+from contextlib import contextmanager
+
+import numpy as np
+
+from ratslam_tools import geometry
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import Trajectory
+
+# A bag must not hold messages of record time 0, which rospy takes for "no time".
+MIN_RECORD_TIME_NS = 1000
+
+
+def open_bag(path: str, mode: str = "r"):
+    """An open rosbag.Bag. @throws InputError for a file that is no whole bag, or without ROS's Python packages."""
+    try:
+        import rosbag
+    except ImportError as error:
+        raise InputError(f"{path}: bags need ROS's Python packages (python3-rosbag): {error}") from None
+    try:
+        return rosbag.Bag(path, mode)
+    except rosbag.ROSBagUnindexedException:
+        raise InputError(f"{path}: the bag has no index (its recording was cut off); run: rosbag reindex {path}") from None
+    except (rosbag.ROSBagException, OSError) as error:
+        raise InputError(f"{path}: not a readable bag: {error}") from None
+
+
+def _pose_of(message):
+    """(position, orientation) of any of the pose-carrying message types; None for others."""
+    if hasattr(message, "transform"):
+        return message.transform.translation, message.transform.rotation
+    pose = getattr(message, "pose", None)
+    if hasattr(pose, "pose"):
+        pose = pose.pose
+    return (pose.position, pose.orientation) if hasattr(pose, "position") else None
+
+
+def read_trajectory_topic(path: str, topic: str) -> Trajectory:
+    """The poses of a topic by header stamp.
+
+    Odometry, PoseStamped, PoseWithCovarianceStamped and TransformStamped give one pose a message; of nav_msgs/Path the last
+    message counts. @throws InputError naming the topics there are, if it is missing or carries no poses.
+    """
+    messages = []
+    with open_bag(path) as bag:
+        topics = bag.get_type_and_topic_info().topics
+        if topic not in topics:
+            raise InputError(f"{path}: no topic {topic}; it has: {', '.join(sorted(topics)) or 'none'}")
+        kind = topics[topic].msg_type
+        for _, message, _ in bag.read_messages(topics=[topic]):
+            if kind == "nav_msgs/Path":
+                messages = message.poses
+            else:
+                messages.append(message)
+    poses = [_pose_of(message) for message in messages]
+    if not poses or any(pose is None for pose in poses):
+        raise InputError(f"{path}: topic {topic} ({kind}) carries no stamped poses")
+    stamps = [message.header.stamp.to_sec() for message in messages]
+    positions = [[position.x, position.y, position.z] for position, _ in poses]
+    quaternions = np.array([[turn.x, turn.y, turn.z, turn.w] for _, turn in poses])
+    if (np.linalg.norm(quaternions, axis=1) < 1e-6).any():
+        raise InputError(f"{path}: topic {topic}: a quaternion of length zero")
+    return Trajectory(positions, geometry.matrices_from_quaternions(quaternions), stamps, topic).check()
+
+
+@contextmanager
+def writing(path: str):
+    """A bag to write to; it appears under its name only when complete, so that an interruption leaves no half bag."""
+    part = path + ".part"
+    os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+    bag = open_bag(part, "w")
+    try:
+        yield bag
+        bag.close()
+        os.replace(part, path)
+    except BaseException:
+        bag.close()
+        os.unlink(part)
+        raise
+
+
+def write(bag, topic: str, message, stamp_ns: int) -> None:
+    """Writes with the record time of the stamp, but at least 1000 ns."""
+    bag.write(topic, message, ros_time(max(stamp_ns, MIN_RECORD_TIME_NS)))
+
+
+def ros_time(stamp_ns: int):
+    """genpy.Time of nanoseconds. @throws InputError for a time that ROS cannot hold."""
+    import genpy
+
+    if not 0 <= stamp_ns < 2 ** 32 * 10 ** 9:
+        raise InputError(f"the stamp {stamp_ns * 1e-9:.9f} s lies outside what ROS can hold (0 to 2^32 s)")
+    return genpy.Time(stamp_ns // 10 ** 9, stamp_ns % 10 ** 9)
+
+
+def header(stamp_ns: int, frame_id: str, seq: int = 0):
+    """std_msgs/Header."""
+    from std_msgs.msg import Header
+
+    return Header(seq=seq, stamp=ros_time(stamp_ns), frame_id=frame_id)
+
+
+def static_transform(stamp_ns: int, parent: str, child: str, rotation, translation=(0.0, 0.0, 0.0)):
+    """tf2_msgs/TFMessage with the pose (rotation (3, 3), translation [m]) of `child` in `parent`."""
+    from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+    from tf2_msgs.msg import TFMessage
+
+    quaternion = geometry.quaternions_from_matrices(np.asarray(rotation)[None])[0]
+    transform = Transform(Vector3(*translation), Quaternion(*quaternion))
+    return TFMessage([TransformStamped(header(stamp_ns, parent), child, transform)])
+
+
+def camera_info(head, width: int, height: int, matrix, projection=None, distortion=(0.0,) * 5):
+    """sensor_msgs/CameraInfo, plumb_bob; matrix (3, 3) [px], distortion k1 k2 p1 p2 k3, projection (3, 4) [px]."""
+    from sensor_msgs.msg import CameraInfo
+
+    matrix = np.asarray(matrix, dtype=float)
+    if projection is None:
+        projection = np.hstack([matrix, np.zeros((3, 1))])
+    return CameraInfo(header=head, width=width, height=height, distortion_model="plumb_bob", D=list(distortion),
+                      K=matrix.ravel().tolist(), R=np.eye(3).ravel().tolist(), P=np.ravel(projection).tolist())
+
+
+def raw_image(head, image: np.ndarray):
+    """sensor_msgs/Image, mono8 of an array (h, w) or bgr8 of (h, w, 3)."""
+    from sensor_msgs.msg import Image
+
+    height, width = image.shape[:2]
+    channels = 1 if image.ndim == 2 else image.shape[2]
+    return Image(header=head, height=height, width=width, encoding="mono8" if channels == 1 else "bgr8", is_bigendian=0,
+                 step=width * channels, data=np.ascontiguousarray(image).tobytes())
+
+
+def compressed_image(head, path: str):
+    """sensor_msgs/CompressedImage with the bytes of an image file as they are."""
+    from sensor_msgs.msg import CompressedImage
+
+    with open(path, "rb") as file:
+        return CompressedImage(header=head, format="png" if path.lower().endswith(".png") else "jpeg", data=file.read())
+
+
+def odometry_message(head, child: str, position, quaternion, linear, angular):
+    """nav_msgs/Odometry; pose of `child` in the header's frame, twist in `child` ([m/s], [rad/s])."""
+    from geometry_msgs.msg import Point, Quaternion, Vector3
+    from nav_msgs.msg import Odometry
+
+    message = Odometry(header=head, child_frame_id=child)
+    message.pose.pose.position = Point(*position)
+    message.pose.pose.orientation = Quaternion(*quaternion)
+    message.twist.twist.linear = Vector3(*linear)
+    message.twist.twist.angular = Vector3(*angular)
+    return message
+
+
+def ground_truth_messages(trajectory: Trajectory, stamps_ns, frame_id: str = "world"):
+    """One Odometry a pose (base convention, child base_link); the twist is that of the step that led to the pose."""
+    quaternions = geometry.quaternions_from_matrices(trajectory.rotations)
+    linear = np.zeros((len(trajectory), 3))
+    angular = np.zeros((len(trajectory), 3))
+    seconds = np.diff(np.asarray(stamps_ns, dtype=float)) * 1e-9
+    inverse = geometry.transpose(trajectory.rotations[:-1])
+    linear[1:] = geometry.rotate(inverse, np.diff(trajectory.positions, axis=0)) / seconds[:, None]
+    angular[1:] = geometry.rotation_vectors(inverse @ trajectory.rotations[1:]) / seconds[:, None]
+    for index, stamp_ns in enumerate(stamps_ns):
+        yield stamp_ns, odometry_message(header(stamp_ns, frame_id, index), "base_link", trajectory.positions[index],
+                                         quaternions[index], linear[index], angular[index])

@@ -1,0 +1,78 @@
+"""One estimate against one reference: conversion, association, projection and alignment, in this order."""
+
+from dataclasses import dataclass, replace
+from typing import Optional
+
+from ratslam_tools import association, frames
+from ratslam_tools.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How trajectories are compared; names and meanings are those of the command lines' options."""
+
+    align: bool = False
+    correct_scale: bool = False
+    n_to_align: Optional[int] = None
+    t_max_diff: float = association.MAX_STAMP_DIFFERENCE_S   # [s]
+    t_offset: float = 0.0                                    # [s]
+    ref_frame: Optional[str] = None                          # base | camera; None: left as it is
+    est_frame: Optional[str] = None
+    plane: Optional[str] = None                              # xy | xz | yz
+
+    def describe(self) -> str:
+        """The alignment in words."""
+        words = {(False, False): "not aligned", (True, False): "aligned (rotation, translation)",
+                 (False, True): "scaled about the origin", (True, True): "aligned (rotation, translation, scale)"}
+        text = words[self.align, self.correct_scale]
+        if self.n_to_align is not None and (self.align or self.correct_scale):
+            text += f" by the first {self.n_to_align} poses"
+        return text
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Matched poses of a reference and of an estimate that has been brought onto it."""
+
+    reference: Trajectory
+    estimate: Trajectory
+    alignment: association.Alignment
+    reference_poses: int        # in the whole reference
+    convention: Optional[str]   # of the reference, as compared
+
+    @property
+    def coverage(self) -> float:
+        """Share of the reference's poses that were matched, in [0, 1]."""
+        return len(self.reference) / self.reference_poses
+
+
+def compare(reference: Trajectory, estimate: Trajectory, settings: Settings, needs_body: bool) -> Comparison:
+    """Converts, matches, projects and aligns.
+
+    @param needs_body the errors to be taken depend on the body axes (RPE, or any rotation): both must then share them.
+    @throws InputError for what cannot be compared, see association.associate and frames.require_same_axis.
+    """
+    if settings.ref_frame is not None:
+        reference = frames.convert(reference, settings.ref_frame, "base")
+    if settings.est_frame is not None:
+        estimate = frames.convert(estimate, settings.est_frame, "base")
+    if needs_body or not settings.align:
+        frames.require_same_axis(reference, estimate)
+    convention = "base" if settings.ref_frame is not None else frames.convention(reference)
+    estimate_convention = frames.convention(estimate)
+    if convention is not None and estimate_convention is not None:
+        # An aligned 3D error is the same in any axes; only a projection needs the two grounds to be one plane.
+        estimate = frames.convert(estimate, estimate_convention, convention)
+    matched, followed = association.associate(reference, estimate, settings.t_max_diff, settings.t_offset)
+    if settings.plane is not None:
+        matched, followed = frames.project(matched, settings.plane), frames.project(followed, settings.plane)
+    alignment = association.fit_alignment(matched, followed, settings.align, settings.correct_scale, settings.n_to_align)
+    return Comparison(matched, alignment.apply(followed), alignment, len(reference), convention)
+
+
+def on_ground(reference: Trajectory, estimate: Trajectory, settings: Settings, comparison: Comparison,
+              needs_body: bool) -> Optional[Comparison]:
+    """The same comparison projected to the reference's ground plane; None where it has none or is projected already."""
+    if settings.plane is not None or comparison.convention is None:
+        return None
+    return compare(reference, estimate, replace(settings, plane=frames.GROUND[comparison.convention]), needs_body)

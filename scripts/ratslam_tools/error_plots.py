@@ -1,0 +1,66 @@
+"""Figures of errors: trajectories coloured by their error (the paper's Fig. 5), side by side, above the error over time."""
+
+import numpy as np
+
+from ratslam_tools import frames, plotting
+
+
+def ground_axes(compared):
+    """Indices of the two coordinates that make the ground plane (or the plane of largest extent)."""
+    if compared.convention is not None:
+        plane = frames.GROUND[compared.convention]
+    else:
+        thinnest = int(np.argmin(np.ptp(compared.reference.positions, axis=0)))
+        plane = next(name for name, normal in frames.PLANES.items() if normal == thinnest)
+    return "xyz".index(plane[0]), "xyz".index(plane[1])
+
+
+def draw_coloured(axes, result, largest: float, label: str):
+    """One trajectory coloured by its error over the grey reference; returns the coloured artist."""
+    first, second = ground_axes(result.compared)
+    reference, estimate = result.compared.reference.positions, result.compared.estimate.positions
+    axes.plot(reference[:, first], reference[:, second], color="0.6", linewidth=1.0, linestyle="--", label="reference")
+    ends = np.asarray(result.ends)
+    artist = plotting.coloured_line(axes, estimate[:, first], estimate[:, second], ends, result.errors, largest)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(f"{'xyz'[first]} [m]")
+    axes.set_ylabel(f"{'xyz'[second]} [m]")
+    axes.set_title(label)
+    axes.legend(loc="best", fontsize=8)
+    return artist
+
+
+def plot_errors(results, title: str, quantity: str, path=None, show: bool = False) -> None:
+    """Writes and/or shows the figure of all results.
+
+    @throws InputError if a window is asked for without a display, or the file cannot be written.
+    """
+    pyplot = plotting.load(show)
+    plotting.finish(pyplot, errors_figure(pyplot, results, title, quantity), path, show)
+
+
+def errors_figure(pyplot, results, title: str, quantity: str):
+    """Coloured trajectories, which share one colour scale, above the errors over time."""
+    count = len(results)
+    figure = pyplot.figure(figsize=(max(8.0, 5.6 * count), 9.0), constrained_layout=True)
+    grid = figure.add_gridspec(2, count, height_ratios=[2.2, 1.0])
+    largest = max(float(result.errors.max()) for result in results)
+    maps = []
+    for column, result in enumerate(results):
+        maps.append(figure.add_subplot(grid[0, column]))
+        mean = float(result.errors.mean())
+        artist = draw_coloured(maps[-1], result, largest, f"{result.name}\nmean {mean:.3g}, max {result.errors.max():.3g}")
+    figure.colorbar(artist, ax=maps, label=quantity, shrink=0.85)
+    axes = figure.add_subplot(grid[1, :])
+    for result in results:
+        stamps = result.compared.reference.stamps
+        ends = np.asarray(result.ends)
+        times = ends if stamps is None else stamps[ends] - stamps[0]
+        axes.plot(times, result.errors, linewidth=0.9, label=result.name)
+    axes.set_xlabel("pose" if results[0].compared.reference.stamps is None else "time [s]")
+    axes.set_ylabel(quantity)
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.3)
+    axes.legend(loc="best", fontsize=8)
+    figure.suptitle(title)
+    return figure

@@ -1,0 +1,200 @@
+"""KITTI folders: sequences of the odometry benchmark and raw drives.
+
+Odometry: `image_N/*.png|jpg`, `times.txt`, `calib.txt`, `poses.txt` (or `../../poses/NN.txt`).
+Raw: `image_0N/{data,timestamps.txt}`, `oxts/{data,timestamps.txt}`, calibration files in the folder above.
+"""
+
+import os
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from typing import Dict, List, Optional
+
+import numpy as np
+
+from ratslam_tools import frames, geodesy, geometry
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import Trajectory, read_times, read_trajectory
+
+IMAGE_ENDINGS = (".png", ".jpg", ".jpeg")
+
+
+@dataclass
+class Drive:
+    """One recorded drive; stamps in whole nanoseconds, truth in base convention."""
+
+    images: List[str]
+    stamps_ns: List[int]
+    projection: np.ndarray                         # (3, 4) [px] of the camera in use
+    truth: Optional[Trajectory] = None
+    truth_stamps_ns: List[int] = field(default_factory=list)
+    # Pose of the camera (optical axes) in base_link, whose path the truth is.
+    camera_rotation: np.ndarray = field(default_factory=lambda: geometry.CAMERA_TO_BASE)
+    camera_translation: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def select(self, start: int, end: Optional[int]) -> "Drive":
+        """Frames start ... end - 1. @throws InputError if there are none."""
+        rows = slice(start, end)
+        if start < 0 or not self.images[rows]:
+            raise InputError(f"frames {start} to {'the end' if end is None else end}: the drive has {len(self.images)}")
+        truth = None if self.truth is None else self.truth.select(rows)
+        return Drive(self.images[rows], self.stamps_ns[rows], self.projection, truth, self.truth_stamps_ns[rows],
+                     self.camera_rotation, self.camera_translation)
+
+
+def nanoseconds(seconds) -> List[int]:
+    """Times [s] rounded to whole nanoseconds."""
+    return [int(value) for value in np.rint(np.asarray(seconds, dtype=float) * 1e9)]
+
+
+def list_images(folder: str) -> List[str]:
+    """Paths of the images of a folder in the order of their names. @throws InputError if there are none."""
+    if not os.path.isdir(folder):
+        raise InputError(f"{folder}: no such folder")
+    images = sorted(name for name in os.listdir(folder) if name.lower().endswith(IMAGE_ENDINGS))
+    if not images:
+        raise InputError(f"{folder}: no images ({', '.join(IMAGE_ENDINGS)})")
+    return [os.path.join(folder, name) for name in images]
+
+
+def read_calibration(path: str) -> Dict[str, np.ndarray]:
+    """Lines `key: numbers` of a KITTI calibration file; other lines (dates) are left out."""
+    values = {}
+    try:
+        with open(path, encoding="utf-8") as file:
+            for line in file:
+                key, _, text = line.partition(":")
+                try:
+                    values[key.strip()] = np.array([float(word) for word in text.split()])
+                except ValueError:
+                    continue
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    return values
+
+
+def _matrix(path: str, key: str, *keys_and_shapes) -> np.ndarray:
+    """Entry `key` of a calibration file as an array of the given shape."""
+    values = read_calibration(path)
+    if key not in values or values[key].size != int(np.prod(keys_and_shapes)):
+        raise InputError(f"{path}: no {key} of {int(np.prod(keys_and_shapes))} numbers")
+    return values[key].reshape(keys_and_shapes)
+
+
+def is_raw(folder: str) -> bool:
+    """Whether a folder is a raw drive."""
+    return os.path.isdir(os.path.join(folder, "oxts")) or os.path.isdir(os.path.join(folder, "image_00"))
+
+
+def poses_file(folder: str) -> Optional[str]:
+    """The file with a sequence's true poses: in the folder, or in the benchmark's layout; None if there is none."""
+    folder = os.path.abspath(folder)
+    beside = os.path.join(os.path.dirname(os.path.dirname(folder)), "poses", os.path.basename(folder) + ".txt")
+    return next((path for path in (os.path.join(folder, "poses.txt"), beside) if os.path.isfile(path)), None)
+
+
+def read_sequence(folder: str, camera: int = 0) -> Drive:
+    """A sequence of the odometry benchmark. Truth, where there is some, is that of base_link at the left grey camera."""
+    images = list_images(os.path.join(folder, f"image_{camera}"))
+    times = read_times(os.path.join(folder, "times.txt"))
+    if len(times) != len(images):
+        raise InputError(f"{folder}: {len(images)} images and {len(times)} times")
+    if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+        raise InputError(f"{folder}/times.txt: times must be finite and increase")
+    stamps_ns = nanoseconds(times)
+    drive = Drive(images, stamps_ns, _matrix(os.path.join(folder, "calib.txt"), f"P{camera}", 3, 4))
+    path = poses_file(folder)
+    if path is not None:
+        truth = frames.convert(read_trajectory(path, "kitti"), "camera", "base")
+        if len(truth) != len(images):
+            raise InputError(f"{path}: {len(truth)} poses for {len(images)} images")
+        truth.stamps = times
+        drive.truth, drive.truth_stamps_ns = truth, stamps_ns
+    return drive
+
+
+def read_timestamps(path: str) -> List[int]:
+    """Lines `2011-09-26 13:02:25.964389445` (UTC) as nanoseconds since 1970."""
+    stamps = []
+    try:
+        with open(path, encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                text = line.strip()
+                if not text:
+                    continue
+                whole, _, fraction = text.partition(".")
+                try:
+                    moment = datetime.strptime(whole, "%Y-%m-%d %H:%M:%S").replace(tzinfo=timezone.utc)
+                    stamps.append(int(moment.timestamp()) * 10 ** 9 + int(fraction[:9].ljust(9, "0")))
+                except ValueError:
+                    raise InputError(f"{path}:{number}: no time of the form 2011-09-26 13:02:25.964389445") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    return stamps
+
+
+def read_oxts(folder: str) -> Trajectory:
+    """Path of the inertial unit (x forward, y left, z up) from `oxts/data`, relative to its first pose.
+
+    Latitude and longitude go through KITTI's Mercator projection scaled at the first latitude; roll, pitch, yaw turn about
+    x, y, z. Source: Geiger et al., Vision meets robotics: the KITTI dataset, IJRR 2013, and the raw development kit's text.
+    """
+    rows = []
+    data = os.path.join(folder, "oxts", "data")
+    for name in sorted(os.listdir(data)):
+        with open(os.path.join(data, name), encoding="utf-8") as file:
+            words = file.read().split()
+        try:
+            rows.append([float(word) for word in words[:6]])
+        except ValueError:
+            rows.append([])
+        if len(rows[-1]) != 6:
+            raise InputError(f"{os.path.join(data, name)}: no latitude, longitude, altitude, roll, pitch and yaw")
+    if not rows:
+        raise InputError(f"{data}: empty")
+    latitude, longitude, altitude, roll, pitch, yaw = np.array(rows).T
+    positions = np.column_stack([*geodesy.mercator(latitude, longitude, latitude[0]), altitude])
+    rotations = np.array([geometry.rotation_about_z(c) @ geometry.rotation_about_y(b) @ geometry.rotation_about_x(a)
+                          for a, b, c in zip(roll, pitch, yaw)])
+    inverse = rotations[0].T
+    return Trajectory((positions - positions[0]) @ inverse.T, inverse @ rotations, None, data).check()
+
+
+def read_raw(folder: str, camera: int = 0) -> Drive:
+    """A raw drive (synchronised and rectified). Truth, where oxts is there, is that of base_link at the inertial unit."""
+    images = list_images(os.path.join(folder, f"image_{camera:02d}", "data"))
+    stamps_ns = read_timestamps(os.path.join(folder, f"image_{camera:02d}", "timestamps.txt"))
+    if len(stamps_ns) != len(images):
+        raise InputError(f"{folder}: {len(images)} images and {len(stamps_ns)} times")
+    above = os.path.dirname(os.path.abspath(folder))
+    intrinsics = os.path.join(above, "calib_cam_to_cam.txt")
+    drive = Drive(images, stamps_ns, _matrix(intrinsics, f"P_rect_{camera:02d}", 3, 4))
+    if os.path.isdir(os.path.join(folder, "oxts", "data")):
+        drive.truth = read_oxts(folder)
+        drive.truth_stamps_ns = read_timestamps(os.path.join(folder, "oxts", "timestamps.txt"))
+        if len(drive.truth) != len(images) or len(drive.truth_stamps_ns) != len(images):
+            raise InputError(f"{folder}: {len(images)} images, {len(drive.truth)} oxts files, "
+                             f"{len(drive.truth_stamps_ns)} oxts times")
+        drive.truth.stamps = np.array(drive.truth_stamps_ns) * 1e-9
+    chain = [os.path.join(above, name) for name in ("calib_imu_to_velo.txt", "calib_velo_to_cam.txt")]
+    if all(map(os.path.isfile, chain)):
+        camera_from_unit = np.eye(4)
+        for path in chain:
+            camera_from_unit = _rigid(_matrix(path, "R", 3, 3), _matrix(path, "T", 3)) @ camera_from_unit
+        camera_from_unit = _rigid(_matrix(intrinsics, "R_rect_00", 3, 3), np.zeros(3)) @ camera_from_unit
+        unit_from_camera = np.linalg.inv(camera_from_unit)
+        drive.camera_rotation, drive.camera_translation = unit_from_camera[:3, :3], unit_from_camera[:3, 3]
+    return drive
+
+
+def _rigid(rotation, translation) -> np.ndarray:
+    """Homogeneous matrix (4, 4)."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation, translation
+    return matrix
+
+
+def read_drive(folder: str, camera: int = 0) -> Drive:
+    """An odometry sequence or a raw drive, whichever the folder is."""
+    if not os.path.isdir(folder):
+        raise InputError(f"{folder}: no such folder")
+    return read_raw(folder, camera) if is_raw(folder) else read_sequence(folder, camera)

@@ -1,0 +1,194 @@
+"""Figures of one run: the map with truth and loop links, view cells and experiences over time, pose cells, timing."""
+
+import numpy as np
+
+from ratslam_tools import comparison, evaluation, metrics, plotting
+from ratslam_tools.association import MAX_STAMP_DIFFERENCE_S
+from ratslam_tools.run_folder import Run
+
+ERROR_STATISTICS = ("mean", "median", "rmse", "max", "min")
+MAX_LINKS_OPAQUE = 200
+
+
+class Aligned:
+    """A run brought onto its truth by similarity; without truth everything stays in the map's frame.
+
+    `final`, `online`: positions (n, 3) [m]; `nodes`: of the map, by the final trajectory's alignment; `results`: APE, in the
+    order of run.trajectories, empty without truth.
+    """
+
+    def __init__(self, run: Run, truth=None, t_max_diff: float = MAX_STAMP_DIFFERENCE_S):
+        self.run, self.truth = run, truth
+        self.results = []
+        self.paths = {trajectory.name: trajectory.positions for trajectory in run.trajectories}
+        nodes = None
+        if run.map is not None:
+            nodes = np.column_stack([run.map.nodes[key] for key in ("x", "y", "z")])
+        if truth is not None:
+            settings = comparison.Settings(align=True, correct_scale=True, t_max_diff=t_max_diff, ref_frame="base",
+                                           est_frame="base")
+            self.results = evaluation.evaluate_ape(truth, run.trajectories, settings)
+            for trajectory, result in zip(run.trajectories, self.results):
+                self.paths[trajectory.name] = result.compared.alignment.apply(trajectory).positions
+            if nodes is not None:
+                alignment = self.results[-1].compared.alignment
+                nodes = alignment.scale * nodes @ alignment.rotation.T + alignment.translation
+        self.nodes = nodes
+
+
+def draw_map(axes, aligned: Aligned) -> None:
+    """Truth, online and final trajectory, experiences and loop links; equal axes and a scale bar."""
+    if aligned.truth is not None:
+        truth = aligned.truth.positions
+        axes.plot(truth[:, 0], truth[:, 1], color=plotting.TRUTH, linewidth=1.2, linestyle="--", label="truth")
+    for name, colour, width in (("online", plotting.ONLINE, 1.0), ("final", plotting.FINAL, 1.6)):
+        if name in aligned.paths:
+            path = aligned.paths[name]
+            axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=width, label=name)
+    start = aligned.paths["final"][0]
+    axes.plot(start[0], start[1], marker="o", color=plotting.FINAL, markersize=7, markeredgecolor="white", linestyle="none",
+              label="start")
+    if aligned.nodes is not None:
+        draw_loop_links(axes, aligned)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.06)
+    plotting.scale_bar(axes)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.grid(alpha=0.25)
+    axes.legend(loc="best", fontsize=8)
+
+
+def draw_loop_links(axes, aligned: Aligned) -> None:
+    """Links that recalls made, as lines between their experiences, with a dot where they end."""
+    from matplotlib.collections import LineCollection
+
+    ends = aligned.run.map.loop_ends
+    if not len(ends):
+        return
+    points = aligned.nodes[:, :2]
+    alpha = 0.9 if len(ends) <= MAX_LINKS_OPAQUE else 0.4
+    lines = LineCollection(points[ends], colors=plotting.LINK, linewidths=1.0, alpha=alpha, zorder=4,
+                           label=f"loop links ({len(ends)})")
+    axes.add_collection(lines)
+    dots = points[np.unique(ends)]
+    axes.plot(dots[:, 0], dots[:, 1], color=plotting.LINK, marker=".", markersize=7, linestyle="none", alpha=alpha, zorder=4)
+
+
+def draw_templates(axes, run: Run) -> None:
+    """Active view cell over time: new ones lie on the rising edge, recalls below it."""
+    time = run.templates["stamp"] - run.templates["stamp"][0]
+    ids = run.templates["template_id"]
+    new = ids > np.concatenate([[-1], np.maximum.accumulate(ids)[:-1]])
+    axes.plot(time[new], ids[new], ".", color=plotting.FINAL, markersize=2, label="learned")
+    axes.plot(time[~new], ids[~new], ".", color=plotting.LINK, markersize=2, label="recalled or kept")
+    _over_time(axes, "view cell")
+    axes.legend(loc="best", fontsize=8, markerscale=4)
+
+
+def draw_template_errors(axes, run: Run) -> None:
+    """Distance to the best template over time, where there was a candidate."""
+    compared = run.templates["error"] >= 0
+    time = run.templates["stamp"] - run.templates["stamp"][0]
+    axes.plot(time[compared], run.templates["error"][compared], color="0.3", linewidth=0.6)
+    _over_time(axes, "match error")
+
+
+def draw_experiences(axes, run: Run) -> None:
+    """Active experience over time; links to known experiences are marked."""
+    actions = run.actions
+    time = actions["stamp"] - actions["stamp"][0]
+    acted = actions["action"] > 0
+    axes.plot(time[acted], actions["dest_id"][acted], ".", color=plotting.FINAL, markersize=2, label="active")
+    linked = actions["action"] == 2
+    axes.plot(time[linked], actions["dest_id"][linked], ".", color=plotting.LINK, markersize=4,
+              label=f"linked ({int(linked.sum())})")
+    _over_time(axes, "experience")
+    axes.legend(loc="best", fontsize=8, markerscale=3)
+
+
+def draw_pose_cells(axes, run: Run) -> None:
+    """The activity packet's place (x, y) and heading over time, in cells."""
+    time = run.actions["stamp"] - run.actions["stamp"][0]
+    for key, colour in (("x", plotting.FINAL), ("y", plotting.ONLINE), ("th", "0.5")):
+        axes.plot(time, run.actions[key], ".", color=colour, markersize=1.5, label=key)
+    _over_time(axes, "pose cell")
+    axes.legend(loc="upper right", fontsize=8, markerscale=5)
+
+
+def draw_timing(axes, run: Run) -> None:
+    """Time of each module."""
+    names = list(run.timing)
+    axes.barh(range(len(names)), [run.timing[name] for name in names], color=plotting.FINAL)
+    axes.set_yticks(range(len(names)))
+    axes.set_yticklabels(names)
+    axes.invert_yaxis()
+    axes.set_xlabel("time per frame [ms]")
+    axes.grid(alpha=0.3, axis="x")
+
+
+def _over_time(axes, label: str) -> None:
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(label)
+    axes.grid(alpha=0.3)
+
+
+def panels(run: Run) -> list:
+    """(title, drawing function) of the panels this run has data for, apart from the map."""
+    found = []
+    if run.templates is not None and len(run.templates["stamp"]):
+        found += [("View cells", draw_templates), ("Template matching", draw_template_errors)]
+    if run.actions is not None and len(run.actions["stamp"]):
+        found += [("Experiences", draw_experiences), ("Pose cells", draw_pose_cells)]
+    if run.timing:
+        found.append(("Timing", draw_timing))
+    return found
+
+
+def error_words(aligned: Aligned) -> str:
+    """Mean APE of each trajectory, for a title."""
+    return ", ".join(f"{result.name} APE {result.errors.mean():.3g} m mean" for result in aligned.results)
+
+
+def map_figure(aligned: Aligned):
+    """A figure with the map alone."""
+    pyplot = plotting.load()
+    figure, axes = pyplot.subplots(figsize=(9, 9), constrained_layout=True)
+    draw_map(axes, aligned)
+    axes.set_title(error_words(aligned) or aligned.run.name)
+    return figure
+
+
+def map_picture(folder: str, path: str, truth=None) -> Aligned:
+    """Writes the map of a run folder, with a truth (base convention) if given; returns what was drawn, with its errors."""
+    aligned = Aligned(Run(folder), truth)
+    plotting.finish(plotting.load(), map_figure(aligned), path)
+    return aligned
+
+
+def overview_figure(aligned: Aligned):
+    """One page: the map on the left, everything over time on the right."""
+    pyplot = plotting.load()
+    others = panels(aligned.run)
+    figure = pyplot.figure(figsize=(16, 10) if others else (10, 10), constrained_layout=True)
+    grid = figure.add_gridspec(max(len(others), 1), 2 if others else 1, width_ratios=[1.25, 1] if others else [1])
+    axes = figure.add_subplot(grid[:, 0])
+    draw_map(axes, aligned)
+    axes.set_title(error_words(aligned) or aligned.run.name)
+    for row, (title, draw) in enumerate(others):
+        axes = figure.add_subplot(grid[row, 1])
+        draw(axes, aligned.run)
+        axes.set_title(title, fontsize=10)
+    return figure
+
+
+def error_rows(aligned: Aligned) -> list:
+    """Rows of a table of APE in space and on the ground, with coverage."""
+    rows = [["trajectory", "", *(f"{key} [m]" for key in ERROR_STATISTICS), "coverage"]]
+    for result in aligned.results:
+        for label, errors in (("3D", result.errors), ("ground", result.ground_errors)):
+            if errors is not None:
+                figures = metrics.statistics(errors)
+                rows.append([result.name, label, *(f"{figures[key]:.3f}" for key in ERROR_STATISTICS),
+                             f"{100 * result.compared.coverage:.1f} %"])
+    return rows

@@ -1,0 +1,160 @@
+"""The folder that ratslam_run leaves: trajectories, map, templates, actions and summary.
+
+Only what a figure needs has to be there; every reader names the file and line that it cannot take.
+"""
+
+import csv
+import json
+import os
+import re
+from typing import Dict, Optional
+
+import numpy as np
+
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import Trajectory, read_trajectory
+
+NODE_KEYS = ("id", "stamp", "x", "y", "z", "th", "log_scale", "view_id")
+LINK_KEYS = ("id", "from", "to", "distance", "heading_rad", "facing_rad", "duration_s")
+ACTION_NAMES = ("none", "create node", "create edge", "set node")
+ENTRY = re.compile(r"^\s*-\s*\{(.*)\}\s*$")
+ODOMETRY_LINK = "odometry"
+
+
+class Map:
+    """An experience map: `nodes` and `links` are dicts of arrays, one entry a node or link.
+
+    nodes: NODE_KEYS, poses in the map's frame [m, rad]; links: LINK_KEYS and `kind` (odometry, recall, ...).
+    `ends` gives the rows of each link's two nodes, (links, 2).
+    """
+
+    def __init__(self, nodes: Dict[str, np.ndarray], links: Dict[str, np.ndarray], name: str):
+        self.nodes, self.links = nodes, links
+        rows = {int(node): row for row, node in enumerate(nodes["id"])}
+        if len(rows) != len(nodes["id"]):
+            raise InputError(f"{name}: a node's id occurs twice")
+        try:
+            pairs = [(rows[int(a)], rows[int(b)]) for a, b in zip(links["from"], links["to"])]
+        except KeyError as error:
+            raise InputError(f"{name}: a link names node {error.args[0]}, which is not there") from None
+        self.ends = np.array(pairs, dtype=int).reshape(-1, 2)
+
+    @property
+    def loop_ends(self) -> np.ndarray:
+        """Rows of the two nodes of each link that odometry did not make, (loops, 2)."""
+        return self.ends[self.links["kind"] != ODOMETRY_LINK]
+
+
+def read_map(path: str) -> Map:
+    """Reads map.yaml, one node or link a line in flow style (docs/evaluation.md has the format)."""
+    entries: Dict[str, list] = {"nodes": [], "links": []}
+    section = None
+    try:
+        with open(path, encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                match = ENTRY.match(line)
+                if match is None:
+                    name = line.split(":", 1)[0].strip()
+                    if name in entries:
+                        section = name
+                    continue
+                if section is None:
+                    raise InputError(f"{path}:{number}: an entry outside nodes and links")
+                pairs = (item.partition(":") for item in match.group(1).split(","))
+                entries[section].append({key.strip(): value.strip() for key, _, value in pairs})
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not a text file"
+        raise InputError(f"{path}: cannot be read: {reason}") from None
+    if not entries["nodes"]:
+        raise InputError(f"{path}: no nodes")
+    nodes = {key: _column(path, entries["nodes"], key) for key in NODE_KEYS}
+    links = {key: _column(path, entries["links"], key) for key in LINK_KEYS}
+    links["kind"] = np.array([entry.get("kind", ODOMETRY_LINK) for entry in entries["links"]], dtype=str)
+    return Map(nodes, links, path)
+
+
+def _column(path: str, entries: list, key: str) -> np.ndarray:
+    """One key of all entries as numbers; keys that only scale-carrying maps have may be missing and count as 0."""
+    optional = key in ("z", "log_scale", "stamp", "view_id")
+    try:
+        column = np.array([float(entry.get(key, 0.0) if optional else entry[key]) for entry in entries])
+    except KeyError:
+        raise InputError(f"{path}: an entry has no {key}") from None
+    except ValueError as error:
+        raise InputError(f"{path}: {key}: {error}") from None
+    if not np.isfinite(column).all():
+        raise InputError(f"{path}: {key}: a value is NaN or infinite")
+    return column
+
+
+def read_columns(path: str) -> Dict[str, np.ndarray]:
+    """A CSV file with a head as a dict of number arrays."""
+    try:
+        with open(path, encoding="utf-8", newline="") as file:
+            lines = [line for line in csv.reader(file) if line]
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not a text file"
+        raise InputError(f"{path}: cannot be read: {reason}") from None
+    if not lines:
+        raise InputError(f"{path}: empty")
+    try:
+        table = np.array([[float(word) for word in line] for line in lines[1:]]).reshape(len(lines) - 1, -1)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    if len(table) and table.shape[1] != len(lines[0]):
+        raise InputError(f"{path}: {table.shape[1]} columns under a head of {len(lines[0])}")
+    return {name.strip(): table[:, column] if len(table) else np.zeros(0) for column, name in enumerate(lines[0])}
+
+
+class Run:
+    """Everything a run folder holds; what is missing is None (or empty, the summary)."""
+
+    def __init__(self, folder: str):
+        if not os.path.isdir(folder):
+            raise InputError(f"{folder}: no such folder")
+        self.folder = folder
+        self.name = os.path.basename(os.path.abspath(folder))
+        self.final: Optional[Trajectory] = self._read("trajectory_final.tum", read_trajectory)
+        self.online: Optional[Trajectory] = self._read("trajectory_online.tum", read_trajectory)
+        self.map: Optional[Map] = self._read("map.yaml", read_map)
+        self.templates = self._read("templates.csv", read_columns)
+        self.actions = self._read("actions.csv", read_columns)
+        self.summary = self._read("summary.json", read_json) or {}
+        if self.final is None:
+            raise InputError(f"{folder}: no trajectory_final.tum: not a folder that ratslam_run left")
+        for trajectory, label in ((self.final, "final"), (self.online, "online")):
+            if trajectory is not None:
+                trajectory.name = label
+
+    def _read(self, name: str, reader):
+        path = os.path.join(self.folder, name)
+        return reader(path) if os.path.isfile(path) else None
+
+    @property
+    def trajectories(self) -> list:
+        """The online (if there) and final trajectory."""
+        return [trajectory for trajectory in (self.online, self.final) if trajectory is not None]
+
+    @property
+    def timing(self) -> Dict[str, float]:
+        """Time of each module from the summary's `timing`: numbers, or the `mean_ms` of objects."""
+        entries = self.summary.get("timing", {})
+        times = {}
+        for name, value in entries.items() if isinstance(entries, dict) else ():
+            if isinstance(value, dict):
+                value = value.get("mean_ms")
+            if isinstance(value, (int, float)) and not isinstance(value, bool):
+                times[name] = float(value)
+        return times
+
+
+def read_json(path: str) -> dict:
+    """A JSON object."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            value = json.load(file)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if not isinstance(value, dict):
+        raise InputError(f"{path}: not a JSON object")
+    return value

@@ -1,0 +1,41 @@
+"""Where the evaluation commands take trajectories from: files, or topics of a bag."""
+
+import os
+from typing import List, Optional
+
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import Trajectory, read_trajectory
+
+
+def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str]) -> Trajectory:
+    """The reference: a file, or a topic where `bag` is given. Its stamps may repeat (see association.associate)."""
+    if bag is not None:
+        return read_topic(bag, path)
+    return read_trajectory(path, form, times, allow_repeats=True)
+
+
+def read_estimates(paths: List[str], form: str, times: Optional[str], bag: Optional[str]) -> List[Trajectory]:
+    """The estimates, named so that no two names are equal."""
+    trajectories = [read_topic(bag, path) if bag is not None else read_trajectory(path, form, times) for path in paths]
+    for trajectory, label in zip(trajectories, labels(paths)):
+        trajectory.name = label
+    return trajectories
+
+
+def labels(paths: List[str]) -> List[str]:
+    """Short distinct names of files: the last parts of their paths, as many as it takes."""
+    parts = [os.path.normpath(path).split(os.sep) for path in paths]
+    for depth in range(1, max(map(len, parts)) + 1):
+        names = [os.path.join(*part[-depth:]) for part in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [f"{path} ({number})" for number, path in enumerate(paths, 1)]
+
+
+def read_topic(bag: str, topic: str) -> Trajectory:
+    """Poses of one topic of a bag (Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, or the last Path)."""
+    from ratslam_tools import bags   # ROS is needed here only
+
+    if not os.path.isfile(bag):
+        raise InputError(f"{bag}: no such file")
+    return bags.read_trajectory_topic(bag, topic)

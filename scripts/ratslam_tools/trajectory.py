@@ -1,0 +1,154 @@
+"""Trajectories: stamped (TUM) or numbered (KITTI) poses, their files, and the checks every reader makes.
+
+TUM line: `stamp x y z qx qy qz qw`; KITTI line: the 12 numbers of a row-major 3x4 pose matrix. `#` starts a comment.
+"""
+
+from typing import Optional
+
+import numpy as np
+
+from ratslam_tools import geometry
+from ratslam_tools.errors import InputError
+
+COLUMNS = {"tum": 8, "kitti": 12}
+# Written with few digits, a rotation matrix is off by 1e-6 or so; more than this is another kind of file.
+MAX_ROTATION_DEFECT = 1e-2
+
+
+class Trajectory:
+    """Poses world <- body: positions (n, 3) [m], rotations (n, 3, 3), stamps (n,) [s] or None where poses are numbered."""
+
+    def __init__(self, positions, rotations, stamps=None, name: str = "trajectory"):
+        self.positions = np.asarray(positions, dtype=float)
+        self.rotations = np.asarray(rotations, dtype=float)
+        self.stamps = None if stamps is None else np.asarray(stamps, dtype=float)
+        self.name = name
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def select(self, rows) -> "Trajectory":
+        """The poses at the given rows (index array, mask or slice)."""
+        return Trajectory(self.positions[rows], self.rotations[rows],
+                          None if self.stamps is None else self.stamps[rows], self.name)
+
+    def transformed(self, rotation, translation, scale: float = 1.0) -> "Trajectory":
+        """The same path in another world: p' = scale R p + t, R_body' = R R_body."""
+        return Trajectory(scale * self.positions @ np.asarray(rotation).T + translation, rotation @ self.rotations,
+                          self.stamps, self.name)
+
+    def scaled(self, scale: float) -> "Trajectory":
+        """Positions multiplied by `scale`, orientations kept."""
+        return Trajectory(self.positions * scale, self.rotations, self.stamps, self.name)
+
+    def changed_axes(self, axes) -> "Trajectory":
+        """World and body axes both replaced: T' = A T A^-1 with v' = A v (A a rotation (3, 3))."""
+        axes = np.asarray(axes)
+        return Trajectory(self.positions @ axes.T, axes @ self.rotations @ axes.T, self.stamps, self.name)
+
+    def path_length(self) -> np.ndarray:
+        """Length of the path up to each pose, (n,) [m]."""
+        steps = np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    def check(self, allow_repeats: bool = False) -> "Trajectory":
+        """Returns itself. @throws InputError naming the first pose that is not finite or whose stamp does not increase.
+
+        @param allow_repeats equal stamps pass (references recorded by motion capture have some); those going back never do.
+        """
+        values = [self.positions, self.rotations.reshape(len(self), -1)]
+        if self.stamps is not None:
+            values.append(self.stamps[:, None])
+        bad = np.flatnonzero(~np.isfinite(np.hstack(values)).all(axis=1))
+        if len(bad):
+            raise InputError(f"{self.name}: pose {bad[0] + 1} has a NaN or infinite value")
+        if self.stamps is not None:
+            steps = np.diff(self.stamps)
+            bad = np.flatnonzero(steps < 0 if allow_repeats else steps <= 0)
+            if len(bad):
+                what = "repeats" if steps[bad[0]] == 0 else "goes back"
+                raise InputError(f"{self.name}: the stamp of pose {bad[0] + 2} ({self.stamps[bad[0] + 1]:.9f}) {what}; "
+                                 "stamps must increase")
+        return self
+
+
+def read_table(path: str) -> np.ndarray:
+    """Numbers of a text file, one row a line, separated by blanks or commas. @throws InputError naming the line."""
+    rows, width = [], None
+    try:
+        with open(path, encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                text = line.split("#", 1)[0].replace(",", " ").split()
+                if not text:
+                    continue
+                try:
+                    row = [float(word) for word in text]
+                except ValueError:
+                    raise InputError(f"{path}:{number}: not a number: '{line.strip()[:60]}'") from None
+                if width is not None and len(row) != width:
+                    raise InputError(f"{path}:{number}: {len(row)} columns where the lines before have {width}")
+                width = len(row)
+                rows.append(row)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'not a text file'}") from None
+    if not rows:
+        raise InputError(f"{path}: holds no poses")
+    return np.array(rows)
+
+
+def read_times(path: str) -> np.ndarray:
+    """Stamps (n,) [s] of a KITTI times.txt."""
+    table = read_table(path)
+    if table.shape[1] != 1:
+        raise InputError(f"{path}: {table.shape[1]} columns; a file of times has one")
+    return table[:, 0]
+
+
+def read_trajectory(path: str, form: str = "auto", times: Optional[str] = None, allow_repeats: bool = False) -> Trajectory:
+    """Reads a TUM or KITTI file, told apart by their columns unless `form` says which.
+
+    @param times a times.txt that gives the poses of a KITTI file their stamps.
+    @param allow_repeats as in Trajectory.check.
+    @throws InputError for an unreadable, malformed or degenerate file.
+    """
+    table = read_table(path)
+    columns = table.shape[1]
+    if form == "auto":
+        form = next((name for name, count in COLUMNS.items() if count == columns), "auto")
+    if COLUMNS.get(form) != columns:
+        expected = f"{COLUMNS[form]} ({form.upper()})" if form in COLUMNS else "8 (TUM) or 12 (KITTI)"
+        raise InputError(f"{path}: {columns} columns; {expected} are expected")
+    if form == "tum":
+        if np.isfinite(table).all() and (np.linalg.norm(table[:, 4:], axis=1) < 1e-6).any():
+            raise InputError(f"{path}: a quaternion of length zero")
+        rotations = geometry.matrices_from_quaternions(table[:, 4:])
+        return Trajectory(table[:, 1:4], rotations, table[:, 0], path).check(allow_repeats)
+    poses = table.reshape(-1, 3, 4)
+    trajectory = Trajectory(poses[:, :, 3], poses[:, :, :3], None, path).check()
+    defect = np.abs(geometry.transpose(trajectory.rotations) @ trajectory.rotations - np.eye(3)).max(axis=(1, 2))
+    if defect.max() > MAX_ROTATION_DEFECT:
+        raise InputError(f"{path}: pose {np.argmax(defect) + 1} holds no rotation matrix")
+    if times is not None:
+        stamps = read_times(times)
+        if len(stamps) < len(trajectory):
+            raise InputError(f"{times}: {len(stamps)} times for the {len(trajectory)} poses of {path}")
+        trajectory.stamps = stamps[:len(trajectory)]
+    return trajectory.check(allow_repeats)
+
+
+def write_tum(path: str, trajectory: Trajectory) -> None:
+    """Writes `stamp x y z qx qy qz qw` lines. @throws InputError if the poses have no stamps."""
+    if trajectory.stamps is None:
+        raise InputError(f"{trajectory.name}: its poses have no stamps; give --times")
+    quaternions = geometry.quaternions_from_matrices(trajectory.rotations)
+    with open(path, "w", encoding="utf-8") as file:
+        for stamp, position, quaternion in zip(trajectory.stamps, trajectory.positions, quaternions):
+            file.write(f"{stamp:.9f} " + " ".join(f"{value:.9g}" for value in (*position, *quaternion)) + "\n")
+
+
+def write_kitti(path: str, trajectory: Trajectory) -> None:
+    """Writes the 12 numbers of each pose matrix, one pose a line."""
+    matrices = np.concatenate([trajectory.rotations, trajectory.positions[:, :, None]], axis=2)
+    with open(path, "w", encoding="utf-8") as file:
+        for matrix in matrices.reshape(-1, 12):
+            file.write(" ".join(f"{value:.9g}" for value in matrix) + "\n")

@@ -1,0 +1,50 @@
+"""Where the ground truth of a run comes from: TUM or KITTI file, KITTI folder, or a bag. Always given in base convention."""
+
+import os
+from typing import Optional
+
+from ratslam_tools import bags, frames, kitti
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import Trajectory, read_table, read_trajectory
+
+TRUTH_TOPIC = "ground_truth"
+
+
+def find_times(path: str) -> Optional[str]:
+    """times.txt that belongs to a KITTI file of poses: beside it, or in the benchmark's layout; None if there is none."""
+    folder, name = os.path.split(os.path.abspath(path))
+    sequence = os.path.join(os.path.dirname(folder), "sequences", os.path.splitext(name)[0])
+    candidates = (os.path.join(folder, "times.txt"), os.path.join(sequence, "times.txt"))
+    return next((candidate for candidate in candidates if os.path.isfile(candidate)), None)
+
+
+def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
+    """Truth with stamps, x forward and z up.
+
+    @param path a TUM or KITTI file, the folder of a KITTI sequence, or a bag with a topic named ground_truth.
+    @param times times.txt of a KITTI file; found beside it where not given.
+    @throws InputError saying what is missing.
+    """
+    if os.path.isdir(path):
+        poses = kitti.poses_file(path)
+        if poses is None:
+            raise InputError(f"{path}: no poses.txt, and none in ../../poses")
+        return read_truth(poses, times or os.path.join(path, "times.txt"))
+    if path.endswith(".bag"):
+        return frames.to_base(bags.read_trajectory_topic(path, _truth_topic(path)))
+    if not os.path.isfile(path):
+        raise InputError(f"{path}: no such file")
+    is_kitti = read_table(path).shape[1] == 12
+    times = (times or find_times(path)) if is_kitti else None
+    if is_kitti and times is None:
+        raise InputError(f"{path}: KITTI poses have no stamps, and no times.txt lies beside them: give --times")
+    return frames.to_base(read_trajectory(path, times=times, allow_repeats=True))
+
+
+def _truth_topic(path: str) -> str:
+    with bags.open_bag(path) as bag:
+        topics = sorted(bag.get_type_and_topic_info().topics)
+    found = [topic for topic in topics if topic.split("/")[-1] == TRUTH_TOPIC]
+    if len(found) != 1:
+        raise InputError(f"{path}: {len(found)} topics named {TRUTH_TOPIC}; it has: {', '.join(topics) or 'none'}")
+    return found[0]

@@ -1,0 +1,137 @@
+#include "ratslam/experience_map/pose_graph_map.h"
+
+#include <cmath>
+#include <limits>
+
+namespace ratslam {
+namespace {
+
+/// Work of one update, in block products: where a recall disagrees visibly with the map, and otherwise.
+constexpr std::int64_t kUrgentWork = 500000;
+constexpr std::int64_t kBackgroundWork = 8000;
+
+/// A recall is urgent when it disagrees by this many standard deviations, and no longer when a step of the
+/// solver moves the map by less than this share of exp_recall_sigma.
+constexpr double kUrgentDisagreement = 1.0;
+constexpr double kCalmStep = 0.01;
+
+/// Steps below this share of exp_recall_sigma end the solver's iterations.
+constexpr double kTolerance = 1e-8;
+
+/// A stretch as short as this share of exp_recall_sigma is as uncertain as one of this length.
+constexpr double kShortestStretch = 0.01;
+
+/// Share of exp_recall_sigma by which a measured direction leaves the place open across it, beside its own
+/// error.
+constexpr double kLateralShare = 0.1;
+
+}  // namespace
+
+PoseGraphMap::PoseGraphMap(const ExperienceMapParams& params)
+    : params_(params),
+      pose_graph_(params.exp_recall_kernel),
+      solver_(params.exp_scale, params.exp_height, kTolerance * params.exp_recall_sigma) {}
+
+MapPose PoseGraphMap::framePose(const ExperienceGraph&, std::uint32_t frame) const {
+  return pose_graph_.nodes().at(frame);
+}
+
+RobotPlace PoseGraphMap::create(const ExperienceGraph& graph, const RobotPlace& robot,
+                                const RecallGeometry* geometry) {
+  const std::uint32_t node =
+      nodes_.empty() ? pose_graph_.addNode(graph.experiences().back().pose) : extendChain(robot);
+  nodes_.push_back(node);
+  TemplateOffset offset;
+  if (geometry == nullptr) {
+    offset.displacement = Eigen::Vector2d::Zero();
+  } else {
+    offset.rotation = geometry->relative_rad;
+    if (geometry->distance >= 0.0) {
+      offset.displacement = geometry->distance * Eigen::Vector2d(std::cos(geometry->direction_rad),
+                                                                 std::sin(geometry->direction_rad));
+    }
+  }
+  offsets_.push_back(offset);
+  return {node, Motion{}};
+}
+
+RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience, const RobotPlace& robot,
+                                double relative_rad, const RecallGeometry* geometry) {
+  Constraint constraint = recallConstraint(experience, relative_rad, geometry);
+  constraint.to = extendChain(robot);
+  pose_graph_.addConstraint(constraint);
+  const auto& nodes = pose_graph_.nodes();
+  const double disagreement =
+      PoseGraph::residual(constraint, nodes[constraint.from], nodes[constraint.to]).norm();
+  urgent_ = urgent_ || disagreement > kUrgentDisagreement;
+  return {constraint.to, Motion{}};
+}
+
+std::uint32_t PoseGraphMap::extendChain(const RobotPlace& robot) {
+  Constraint chain;
+  chain.from = robot.frame;
+  chain.to = pose_graph_.addNode(compose(pose_graph_.nodes()[robot.frame], robot.motion.pose));
+  chain.measured = robot.motion.pose;
+  // Random walks: variances grow with the way driven.
+  const double place = params_.exp_recall_sigma;
+  const double stretches = std::sqrt(std::max(robot.motion.length / place, kShortestStretch));
+  chain.xy_weight = Eigen::Matrix2d::Identity() / (params_.exp_odometry_sigma * place * stretches);
+  chain.z_weight = 1.0 / (params_.exp_odometry_sigma * place * stretches);
+  chain.yaw_weight = 1.0 / (params_.exp_rotation_sigma * stretches);
+  chain.scale_weight = 1.0 / (params_.exp_scale_sigma * stretches);
+  pose_graph_.addConstraint(chain);
+  return chain.to;
+}
+
+Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relative_rad,
+                                          const RecallGeometry* geometry) const {
+  const double place = params_.exp_recall_sigma;
+  Constraint constraint;
+  constraint.recall = true;
+  constraint.from = nodes_[experience];
+  constraint.measured.yaw = wrapAngle(relative_rad);
+  constraint.xy_weight /= place;
+  constraint.z_weight = 1.0 / place;
+  constraint.yaw_weight = 1.0 / params_.exp_recall_facing_sigma;
+  if (geometry == nullptr) return constraint;
+
+  const TemplateOffset& offset = offsets_[experience];
+  constraint.measured.yaw = wrapAngle(geometry->relative_rad - offset.rotation);
+  constraint.yaw_weight = 1.0 / geometry->sigma_rotation;
+  if (!offset.displacement) return constraint;
+
+  // From the axes of the template to those of the experience.
+  const Eigen::Rotation2Dd to_experience(-offset.rotation);
+  const Eigen::Vector2d along =
+      to_experience * Eigen::Vector2d(std::cos(geometry->direction_rad), std::sin(geometry->direction_rad));
+  const Eigen::Vector2d across(-along.y(), along.x());
+  const double distance = std::max(geometry->distance, 0.0);
+  const Eigen::Vector2d measured = distance * along - to_experience * *offset.displacement;
+  constraint.measured.x = measured.x();
+  constraint.measured.y = measured.y();
+  constraint.xy_weight.row(0) = along / place;
+  constraint.xy_weight.row(1) = across / (place * std::hypot(kLateralShare, geometry->sigma_direction));
+  return constraint;
+}
+
+void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) {
+  work(graph, urgent_ ? kUrgentWork : kBackgroundWork);
+}
+
+void PoseGraphMap::resume(ExperienceGraph& graph) { work(graph, urgent_ ? kUrgentWork : kBackgroundWork); }
+
+void PoseGraphMap::settle(ExperienceGraph& graph) {
+  while (!solver_.settled(pose_graph_)) work(graph, std::numeric_limits<std::int64_t>::max());
+}
+
+void PoseGraphMap::work(ExperienceGraph& graph, std::int64_t amount) {
+  if (solver_.settled(pose_graph_)) {
+    urgent_ = false;
+    return;
+  }
+  if (!solver_.advance(pose_graph_, amount)) return;
+  urgent_ = urgent_ && solver_.lastStep() > kCalmStep * params_.exp_recall_sigma;
+  graph.setPoses([this](std::uint32_t id) { return pose_graph_.nodes()[nodes_[id]]; });
+}
+
+}  // namespace ratslam

@@ -1,0 +1,128 @@
+#include "ratslam/pipeline/run_log.h"
+
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+
+#include "ratslam/experience_map/map_file.h"
+#include "ratslam/version.h"
+
+namespace ratslam {
+namespace {
+
+std::ofstream open(const std::string& path) {
+  std::ofstream file(path);
+  if (!file) throw std::runtime_error(path + ": cannot write this file");
+  file.precision(std::numeric_limits<double>::max_digits10);
+  return file;
+}
+
+void requireWritten(std::ofstream& file, const std::string& path) {
+  file.flush();
+  if (!file) throw std::runtime_error(path + ": cannot write this file");
+}
+
+/// Writes one JSON value a call, in the struct's order.
+class JsonFields {
+ public:
+  explicit JsonFields(std::ostream& out) : out_(out) {}
+
+  template <class T>
+  void operator()(const std::string& key, const T& value, const Bounds& = {}, const char* = nullptr) {
+    out_ << (first_ ? "\n    \"" : ",\n    \"") << key << "\": ";
+    first_ = false;
+    write(value);
+  }
+
+ private:
+  void write(bool value) { out_ << (value ? "true" : "false"); }
+  void write(int value) { out_ << value; }
+  void write(double value) { out_ << value; }
+  void write(const std::string& value) {
+    out_ << '"';
+    for (const char c : value) {
+      if (c == '"' || c == '\\') out_ << '\\';
+      out_ << c;
+    }
+    out_ << '"';
+  }
+  void write(const std::vector<double>& values) {
+    out_ << '[';
+    for (std::size_t i = 0; i < values.size(); ++i) out_ << (i == 0 ? "" : ", ") << values[i];
+    out_ << ']';
+  }
+
+  std::ostream& out_;
+  bool first_ = true;
+};
+
+}  // namespace
+
+std::vector<StampedPose3> toPoses3(const std::vector<StampedPose>& trajectory) {
+  std::vector<StampedPose3> poses;
+  poses.reserve(trajectory.size());
+  for (const StampedPose& stamped : trajectory) {
+    const MapPose& p = stamped.pose;
+    poses.push_back(
+        {stamped.stamp, Eigen::Translation3d(p.x, p.y, p.z) *
+                            Eigen::Isometry3d(Eigen::AngleAxisd(p.yaw, Eigen::Vector3d::UnitZ()))});
+  }
+  return poses;
+}
+
+RunLog::RunLog(const std::string& folder) : folder_(folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder + ": cannot make this folder: " + error.message());
+  templates_ = open(folder + "/templates.csv");
+  templates_ << "stamp,template_id,error,relative_rad\n";
+  actions_ = open(folder + "/actions.csv");
+  actions_ << "stamp,action,src_id,dest_id,x,y,th\n";
+}
+
+void RunLog::append(const Pipeline::Progress& progress) {
+  for (const ViewEvent& view : progress.views) {
+    templates_ << formatStamp(view.stamp) << ',' << view.id << ',' << view.error << ',' << view.relative_rad
+               << '\n';
+  }
+  for (const PoseCellDecision& decision : progress.decisions) {
+    const TopologicalAction& action = decision.action;
+    actions_ << formatStamp(action.stamp) << ',' << static_cast<int>(action.kind) << ',' << action.src_id
+             << ',' << action.dest_id << ',' << decision.estimate.x << ',' << decision.estimate.y << ','
+             << decision.estimate.th << '\n';
+  }
+}
+
+void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
+                    const std::map<std::string, double>& counts) {
+  requireWritten(templates_, folder_ + "/templates.csv");
+  requireWritten(actions_, folder_ + "/actions.csv");
+  writeTum(folder_ + "/trajectory_online.tum", toPoses3(pipeline.map().onlineTrajectory()));
+  writeTum(folder_ + "/trajectory_final.tum", toPoses3(pipeline.map().finalTrajectory()));
+  std::ofstream map = open(folder_ + "/map.yaml");
+  writeMap(map, pipeline.map().graph());
+  requireWritten(map, folder_ + "/map.yaml");
+
+  const std::string path = folder_ + "/summary.json";
+  std::ofstream summary = open(path);
+  summary << "{\n  \"version\": \"" << version() << "\",\n  \"counts\": {";
+  JsonFields count_fields(summary);
+  for (const auto& [name, value] : counts) count_fields(name, value);
+  count_fields("templates", static_cast<double>(pipeline.localView().size()));
+  count_fields("experiences", static_cast<double>(pipeline.map().graph().experiences().size()));
+  count_fields("links", static_cast<double>(pipeline.map().graph().links().size()));
+  count_fields("dropped_odometry", static_cast<double>(pipeline.droppedOdometry()));
+  summary << "\n  },\n  \"seconds\": {";
+  JsonFields time_fields(summary);
+  time_fields("odometry", pipeline.times().odometry);
+  time_fields("local_view", pipeline.times().local_view);
+  time_fields("pose_cells", pipeline.times().pose_cells);
+  time_fields("experience_map", pipeline.times().experience_map);
+  summary << "\n  },\n  \"parameters\": {";
+  JsonFields parameter_fields(summary);
+  params.visitFields(parameter_fields);
+  summary << "\n  }\n}\n";
+  requireWritten(summary, path);
+}
+
+}  // namespace ratslam
