@@ -1,0 +1,62 @@
+#include "ratslam/local_view/local_view_cells.h"
+
+#include <sstream>
+#include <stdexcept>
+
+#include "ratslam/common/angles.h"
+
+namespace ratslam {
+namespace {
+
+constexpr std::uint32_t kRecentViews = 10;  // learned too recently for a recall of them to be a closed loop
+
+}  // namespace
+
+RecallVerifier::~RecallVerifier() = default;
+
+LocalViewCells::LocalViewCells(const LocalViewParams& params) : params_(params), matcher_(params) {}
+
+bool LocalViewCells::isOldView(std::uint32_t id) const {
+  return id != active_ && id + kRecentViews < matcher_.size();
+}
+
+double LocalViewCells::shiftAngle(int shift) const {
+  return params_.panoramic ? wrapAngle(2.0 * kPi * shift / params_.view_template.x_size) : 0.0;
+}
+
+ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier) {
+  if (!image_size_.empty() && !image.empty() && image.size() != image_size_) {
+    std::ostringstream message;
+    message << "image: its size changed from " << image_size_.width << " x " << image_size_.height << " to "
+            << image.cols << " x " << image.rows << " pixels";
+    throw std::invalid_argument(message.str());
+  }
+  const ViewTemplate view = makeViewTemplate(image, params_.view_template);
+  const std::optional<TemplateMatch> match = matcher_.findBest(view);
+
+  ViewEvent event;
+  event.stamp = stamp;
+  std::optional<RecallGeometry> geometry;
+  if (match) event.error = match->error;
+  bool recalled = match && match->error <= params_.match_threshold;
+  if (recalled) {
+    event.id = match->id;
+    event.relative_rad = shiftAngle(match->shift);
+    if (verifier != nullptr && isOldView(match->id)) {
+      geometry = verifier->verify(stamp, image, match->id);
+      recalled = geometry.has_value();
+      event.relative_rad = recalled ? geometry->relative_rad : 0.0;
+    }
+  }
+  if (!recalled) {
+    event.id = matcher_.add(view);
+    event.learned = true;
+    if (verifier != nullptr) verifier->learned(stamp, image, event.id);
+  }
+  image_size_ = image.size();
+  active_ = event.id;
+  geometry_ = geometry;
+  return event;
+}
+
+}  // namespace ratslam

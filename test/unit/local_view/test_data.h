@@ -1,0 +1,53 @@
+/// Images and parameters that the tests of the local view share.
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "ratslam/local_view/local_view_params.h"
+
+namespace ratslam {
+
+inline std::filesystem::path dataFolder() {
+  const char* configured = std::getenv("RATSLAM_DATA");
+  return configured != nullptr ? std::filesystem::path(configured)
+                               : std::filesystem::path(RATSLAM_SOURCE_DIR "/../shared/data");
+}
+
+inline cv::Mat kittiImage(int frame) {
+  char name[16];
+  std::snprintf(name, sizeof name, "%06d.jpg", frame);
+  return cv::imread((dataFolder() / "kitti_00/image_0" / name).string(), cv::IMREAD_GRAYSCALE);
+}
+
+/// Parameters of openratslam_reference/local_view_forward.csv.
+inline LocalViewParams forwardReference() {
+  LocalViewParams params;
+  params.view_template.crop_x_max = 1241;
+  params.view_template.crop_y_min = 60;
+  params.view_template.crop_y_max = 300;
+  params.view_template.x_size = 60;
+  params.view_template.y_size = 10;
+  params.view_template.normalisation = 0.4;
+  params.match_threshold = 0.04;
+  params.shift_match = 5;
+  params.step_match = 1;
+  return params;
+}
+
+/// Parameters of openratslam_reference/local_view_panoramic.csv.
+inline LocalViewParams panoramicReference() {
+  LocalViewParams params = forwardReference();
+  params.view_template.normalisation = 0.0;
+  params.view_template.patch_radius = 2;
+  params.match_threshold = 0.09;
+  params.step_match = 5;
+  params.panoramic = true;
+  return params;
+}
+
+}  // namespace ratslam
