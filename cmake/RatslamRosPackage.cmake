@@ -1,0 +1,27 @@
+# The package as catkin sees it: messages, what it exports, where devel and install files go.
+# Comes before all targets, because catkin decides where they are put.
+
+set(ratslam_ros_dependencies
+  cv_bridge diagnostic_msgs geometry_msgs nav_msgs rosbag_storage roscpp sensor_msgs std_msgs std_srvs
+  tf2 tf2_msgs tf2_ros visualization_msgs)
+find_package(catkin REQUIRED COMPONENTS message_generation ${ratslam_ros_dependencies})
+
+add_message_files(FILES
+  PoseCellState.msg
+  RecallGeometry.msg
+  TopologicalAction.msg
+  TopologicalEdge.msg
+  TopologicalMap.msg
+  TopologicalNode.msg
+  ViewTemplate.msg)
+generate_messages(DEPENDENCIES std_msgs geometry_msgs)
+
+catkin_package(
+  INCLUDE_DIRS include
+  LIBRARIES ratslam_ros ratslam
+  CATKIN_DEPENDS message_runtime ${ratslam_ros_dependencies}
+  DEPENDS EIGEN3 OpenCV)
+
+# rosrun finds the nodes in catkin's folder; test programs stay in the build folder.
+set(ratslam_node_directory ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})

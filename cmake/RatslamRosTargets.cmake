@@ -1,0 +1,37 @@
+# The ROS storey: one library, one small executable a node, integration tests, and what is installed.
+
+file(GLOB_RECURSE ros_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/ratslam_ros/*.cpp)
+add_library(ratslam_ros SHARED ${ros_sources})
+add_dependencies(ratslam_ros ${PROJECT_NAME}_generate_messages_cpp ${catkin_EXPORTED_TARGETS})
+target_include_directories(ratslam_ros SYSTEM PUBLIC ${CATKIN_DEVEL_PREFIX}/include ${catkin_INCLUDE_DIRS})
+target_link_libraries(ratslam_ros PUBLIC ratslam ${catkin_LIBRARIES})
+ratslam_warnings(ratslam_ros)
+
+# src/nodes/<name>_main.cpp becomes the executable ratslam_<name>.
+file(GLOB node_mains CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/nodes/*_main.cpp)
+set(node_targets)
+foreach(source ${node_mains})
+  get_filename_component(name ${source} NAME_WE)
+  string(REGEX REPLACE "^(.*)_main$" "ratslam_\\1" target ${name})
+  add_executable(${target} ${source})
+  target_link_libraries(${target} PRIVATE ratslam_ros)
+  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${ratslam_node_directory})
+  ratslam_warnings(${target})
+  list(APPEND node_targets ${target})
+endforeach()
+
+# Programs need not be told where the libraries beside them lie, in the build folder or once installed.
+set_target_properties(ratslam_ros PROPERTIES INSTALL_RPATH "$ORIGIN")
+set_target_properties(${node_targets} PROPERTIES INSTALL_RPATH "$ORIGIN/..")
+install(TARGETS ratslam ratslam_ros LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+install(TARGETS ${node_targets} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+install(DIRECTORY include/ratslam include/ratslam_ros DESTINATION ${CATKIN_GLOBAL_INCLUDE_DESTINATION})
+install(DIRECTORY launch config DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+
+if(RATSLAM_TESTS AND CATKIN_ENABLE_TESTING)
+  find_package(rostest REQUIRED)
+  file(GLOB rostests CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/integration/*.test)
+  foreach(file ${rostests})
+    add_rostest(${file} DEPENDENCIES ${node_targets})
+  endforeach()
+endif()

@@ -1,0 +1,34 @@
+/// A warning about something that may happen with every message: all are counted, few are printed.
+#pragma once
+
+#include <ros/console.h>
+#include <ros/time.h>
+
+#include <cstddef>
+#include <string>
+
+namespace ratslam {
+
+class CountedWarning {
+ public:
+  /// @param period_s  shortest wall time between two lines [s]
+  explicit CountedWarning(double period_s = 5.0) : period_(period_s) {}
+
+  /// Counts, and prints `text` with the count unless a line came out a moment ago.
+  void report(const std::string& text) {
+    ++count_;
+    const ros::WallTime now = ros::WallTime::now();
+    if (count_ > 1 && now - printed_ < period_) return;
+    printed_ = now;
+    ROS_WARN("%s (%zu so far)", text.c_str(), count_);
+  }
+
+  std::size_t count() const { return count_; }
+
+ private:
+  ros::WallDuration period_;
+  ros::WallTime printed_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,62 @@
+/// Parameters that belong to ROS and not to a model: topics, frames, queues, waiting, output files.
+///
+/// All nodes read one shared configuration, so one struct describes these keys for all of them; the keys of
+/// the models come from the models' own structs.
+#pragma once
+
+#include <string>
+
+#include "ratslam/common/params.h"
+
+namespace ratslam {
+
+struct NodeParams {
+  std::string topic_root;  ///< namespace of the data set, in any of the forms irat_red, /newcollege/
+  std::string image_transport = "raw";
+  int image_queue_size = 100;  ///< images, 0 for no bound
+  double sync_timeout = 5.0;   ///< [s] of wall time
+  int wait_for_subscribers = 0;
+  bool publish_tf = true;
+  std::string map_frame = "map";
+  std::string odom_frame = "odom";
+  std::string base_frame = "base_link";
+  double map_period = 1.0;      ///< [s] of wall time
+  double map_line_width = 0.2;  ///< [m]
+  std::string decision_source = "auto";
+  std::string trajectory_file;
+  std::string trajectory_format = "tum";
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    const Bounds any;
+    visit("topic_root", topic_root, any, "namespace of the data set's topics; empty: the node's own");
+    visit("image_transport", image_transport, any,
+          "raw, or compressed (decoded by the node, no plugin needed)");
+    visit("image_queue_size", image_queue_size, Bounds{0, 1000000},
+          "images that may wait; the oldest are dropped, counted and reported; 0: no bound");
+    visit("sync_timeout", sync_timeout, Bounds{0.01, 3600.0},
+          "wall time after which a waiting stream goes on without a silent one [s]");
+    visit("wait_for_subscribers", wait_for_subscribers, Bounds{0, 1000},
+          "listen to inputs only once every output has this many subscribers (gives up after 15 s)");
+    visit("publish_tf", publish_tf, any,
+          "broadcast map -> odom (ratslam_em) or odom -> base_link (odometries)");
+    visit("map_frame", map_frame, any, "frame of the map");
+    visit("odom_frame", odom_frame, any, "frame of the odometry");
+    visit("base_frame", base_frame, any, "frame of the robot");
+    visit("map_period", map_period, Bounds{0.0, 3600.0},
+          "a changed map is published at most every so often, in wall time [s]");
+    visit("map_line_width", map_line_width, Bounds{1e-6, 1e6},
+          "width of the links in ExperienceMap/MapMarker [m]");
+    visit("decision_source", decision_source, any,
+          "what the map follows: state (PoseCell/State), action (PoseCell/TopologicalAction) or auto "
+          "(state where somebody publishes it)");
+    visit("trajectory_file", trajectory_file, any,
+          "write trajectories here on shutdown: FILE_online.tum and FILE_final.tum; empty: none");
+    visit("trajectory_format", trajectory_format, any, "tum or kitti");
+  }
+
+  /// @throws std::invalid_argument naming key, value and what is allowed
+  void validate() const;
+};
+
+}  // namespace ratslam

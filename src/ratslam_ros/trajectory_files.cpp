@@ -1,0 +1,30 @@
+#include "ratslam_ros/trajectory_files.h"
+
+#include <filesystem>
+
+#include "ratslam/dataset/trajectory_io.h"
+#include "ratslam/pipeline/run_log.h"
+
+namespace ratslam {
+
+TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& format) {
+  std::filesystem::path base(file);
+  if (base.extension() == ".tum" || base.extension() == ".txt") base.replace_extension();
+  const std::string ending = format == "kitti" ? ".txt" : ".tum";
+  return {base.string() + "_online" + ending, base.string() + "_final" + ending};
+}
+
+TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
+                                  const std::string& format) {
+  const TrajectoryFiles files = trajectoryFiles(file, format);
+  const std::filesystem::path folder = std::filesystem::path(files.online).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder.string() + ": cannot make this folder: " + error.message());
+  const auto write = format == "kitti" ? writeKitti : writeTum;
+  write(files.online, toPoses3(map.onlineTrajectory()));
+  write(files.final, toPoses3(map.finalTrajectory()));
+  return files;
+}
+
+}  // namespace ratslam
