@@ -73,11 +73,12 @@ def on_ground(compared: Comparison, settings: Settings) -> Optional[Comparison]:
     """The same comparison on the reference's ground plane; None where it has none or is projected already.
 
     The estimate is projected after it was brought onto the reference (its own world may be tilted), and then fitted anew
-    within the plane.
+    within the plane. A flat estimate, which leans on the reference's hills to fit them, is first laid level again.
     """
     if settings.plane is not None or compared.convention is None:
         return None
     plane = frames.GROUND[compared.convention]
-    reference, estimate = frames.project(compared.reference, plane), frames.project(compared.estimate, plane)
+    reference = frames.project(compared.reference, plane)
+    estimate = frames.project(frames.laid_level(compared.estimate, plane), plane)
     alignment = association.fit_alignment(reference, estimate, settings.align, settings.correct_scale, settings.n_to_align)
     return replace(compared, reference=reference, estimate=alignment.apply(estimate), alignment=alignment)
