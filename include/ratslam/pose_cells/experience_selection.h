@@ -1,0 +1,52 @@
+/// Which experience the robot is at, eq. (5), the view term acting as a gate.
+///
+/// An experience ties a view cell to a place in the pose cells. At each pair of odometry step and view event:
+///  1. no experience yet, or the active view cell has none: create one;
+///  2. the view cell changed, or the place is farther than exp_delta_pc_threshold from the current
+///  experience's: the
+///     nearest other experience of the active view cell becomes current if nearer than the threshold, else
+///     create one;
+///  3. otherwise nothing happens.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "ratslam/events.h"
+#include "ratslam/pose_cells/activity_grid.h"
+#include "ratslam/pose_cells/params.h"
+
+namespace ratslam {
+
+class ExperienceSelector {
+ public:
+  explicit ExperienceSelector(const PoseCellParams& params) : params_(params) {}
+
+  /// The decision; source and destination of kNone are the current experience. `relative_rad` of the action
+  /// is the heading now relative to the heading at which the destination was created: 0 for a new one.
+  TopologicalAction select(const ViewEvent& view, const PoseCellEstimate& estimate);
+
+ private:
+  struct Experience {
+    PoseCellEstimate where;
+    std::uint32_t view_id = 0;
+    double relative_rad = 0.0;  ///< of the view event that created it
+  };
+
+  /// Heading now minus heading at the experience's creation, as their one view cell saw it [rad].
+  double relativeHeading(const ViewEvent& view, const Experience& experience) const;
+  /// Distance on the torus [cells], the heading corrected by the relative heading.
+  double distance(const ViewEvent& view, const PoseCellEstimate& estimate,
+                  const Experience& experience) const;
+  std::optional<std::uint32_t> nearestOther(const ViewEvent& view, const PoseCellEstimate& estimate) const;
+  std::uint32_t create(const ViewEvent& view, const PoseCellEstimate& estimate);
+
+  PoseCellParams params_;
+  std::vector<Experience> experiences_;  ///< by id
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> of_view_;
+  std::uint32_t current_ = 0;
+};
+
+}  // namespace ratslam

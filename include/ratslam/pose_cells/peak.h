@@ -1,0 +1,28 @@
+/// Best estimate of the pose cells: the most active cell (the first in the order heading, row, column), then,
+/// over the window of +-3 cells around it, the circular mean (population vector) of each of the three
+/// marginal sums.
+#pragma once
+
+#include <vector>
+
+#include "ratslam/pose_cells/activity_grid.h"
+
+namespace ratslam {
+
+class PeakDecoder {
+ public:
+  PeakDecoder(int n_xy, int n_th);
+  /// A ring shorter than the window is counted once.
+  PoseCellEstimate decode(const ActivityGrid& grid) const;
+
+ private:
+  struct Direction {
+    double cosine = 1.0;
+    double sine = 0.0;
+  };
+  static std::vector<Direction> directions(int size);
+  std::vector<Direction> directions_xy_;  ///< of the cells along x or y, seen as a circle
+  std::vector<Direction> directions_th_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,64 @@
+#include "ratslam/pose_cells/experience_selection.h"
+
+#include <cmath>
+
+#include "ratslam/common/angles.h"
+
+namespace ratslam {
+
+TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCellEstimate& estimate) {
+  TopologicalAction action;
+  action.stamp = view.stamp;
+  action.src_id = current_;
+  // The view cell of the current experience is the one of the last decision: every change of it ends in step
+  // 1 or 2.
+  const bool moved = experiences_.empty() || experiences_[current_].view_id != view.id ||
+                     distance(view, estimate, experiences_[current_]) > params_.experience_distance;
+  if (moved) {
+    const std::optional<std::uint32_t> match = nearestOther(view, estimate);
+    action.kind = match ? ActionKind::kCreateEdge : ActionKind::kCreateNode;
+    current_ = match ? *match : create(view, estimate);
+  }
+  action.dest_id = current_;
+  action.relative_rad = relativeHeading(view, experiences_[current_]);
+  return action;
+}
+
+double ExperienceSelector::relativeHeading(const ViewEvent& view, const Experience& experience) const {
+  return wrapAngle(view.relative_rad - experience.relative_rad);
+}
+
+double ExperienceSelector::distance(const ViewEvent& view, const PoseCellEstimate& estimate,
+                                    const Experience& experience) const {
+  const double turned = relativeHeading(view, experience) * params_.n_th / (2.0 * kPi);
+  const double dx = std::remainder(estimate.x - experience.where.x, params_.n_xy);
+  const double dy = std::remainder(estimate.y - experience.where.y, params_.n_xy);
+  const double dth = std::remainder(estimate.th - turned - experience.where.th, params_.n_th);
+  return std::sqrt(dx * dx + dy * dy + dth * dth);
+}
+
+std::optional<std::uint32_t> ExperienceSelector::nearestOther(const ViewEvent& view,
+                                                              const PoseCellEstimate& estimate) const {
+  const auto candidates = of_view_.find(view.id);
+  if (candidates == of_view_.end()) return std::nullopt;
+  std::optional<std::uint32_t> nearest;
+  double nearest_distance = params_.experience_distance;
+  for (const std::uint32_t id : candidates->second) {
+    if (id == current_) continue;
+    const double d = distance(view, estimate, experiences_[id]);
+    if (d < nearest_distance) {
+      nearest = id;
+      nearest_distance = d;
+    }
+  }
+  return nearest;
+}
+
+std::uint32_t ExperienceSelector::create(const ViewEvent& view, const PoseCellEstimate& estimate) {
+  const auto id = static_cast<std::uint32_t>(experiences_.size());
+  experiences_.push_back({estimate, view.id, view.relative_rad});
+  of_view_[view.id].push_back(id);
+  return id;
+}
+
+}  // namespace ratslam

@@ -1,0 +1,54 @@
+#include "ratslam/pose_cells/view_input.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ratslam/common/angles.h"
+
+namespace ratslam {
+namespace {
+
+constexpr std::size_t kTooYoung = 10;      // ids tied last, which do not inject: the robot is still there
+constexpr double kSaturationScale = 30.0;  // exp(1.2 d) = 30 at d = 2.83, where a view falls silent
+constexpr double kSaturationGrowth = 1.2;
+
+}  // namespace
+
+std::optional<Injection> ViewInput::onView(const ViewEvent& event, const PoseCellEstimate& estimate) {
+  std::optional<Injection> injection;
+  const auto [found, is_new] = ties_.try_emplace(event.id);
+  Tie& tie = found->second;
+  if (is_new) {
+    tie = {estimate, params_.active_decay, events_, ties_.size() - 1};
+  } else if (tie.order + kTooYoung < ties_.size()) {
+    injection = recall(tie, event);
+  }
+  previous_id_ = event.id;
+  ++events_;
+  return injection;
+}
+
+std::optional<Injection> ViewInput::recall(Tie& tie, const ViewEvent& event) const {
+  restore(tie);
+  if (previous_id_ == event.id) tie.saturation += params_.active_decay;
+  const double energy = params_.inject_energy *
+                        (kSaturationScale - std::exp(kSaturationGrowth * tie.saturation)) / kSaturationScale;
+  if (!(energy > 0.0)) return std::nullopt;
+  const double turned = wrapAngle(event.relative_rad) * params_.n_th / (2.0 * kPi);
+  const double layer = wrapCoordinate(tie.where.th + turned, params_.n_th);
+  return Injection{{static_cast<int>(tie.where.x), static_cast<int>(tie.where.y), static_cast<int>(layer)},
+                   energy};
+}
+
+/// Repeated subtraction, not a product: the result equals the sweep's to the last bit. An id that has not
+/// been repeated is at rest and takes no step.
+void ViewInput::restore(Tie& tie) const {
+  for (; tie.updated < events_; ++tie.updated) {
+    const double restored = std::max(params_.active_decay, tie.saturation - params_.restore);
+    if (restored == tie.saturation) break;
+    tie.saturation = restored;
+  }
+  tie.updated = events_;
+}
+
+}  // namespace ratslam
