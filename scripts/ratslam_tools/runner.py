@@ -73,7 +73,11 @@ class Runner:
             except OSError as error:
                 raise InputError(f"{words[0]}: cannot be run: {error.strerror}") from None
             self._processes.append(process)
-        _, messages = process.communicate()
+        try:
+            _, messages = process.communicate()
+        except KeyboardInterrupt:
+            process.terminate()
+            raise
         with self._lock:
             self._processes.remove(process)
             if self._stopped:
@@ -89,3 +93,14 @@ class Runner:
             self._stopped = True
             for process in self._processes:
                 process.terminate()
+
+
+def find_config(name: str, folder: Optional[str] = None) -> str:
+    """Path of a shipped configuration, beside the sources or in the install space, or in the folder given."""
+    above = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
+    shared = os.path.join(os.path.dirname(above), "share", "ratslam_ros", "config")
+    places = [folder] if folder is not None else [os.path.join(above, "config"), shared]
+    for place in places:
+        if os.path.isfile(os.path.join(place, name)):
+            return os.path.join(place, name)
+    raise InputError(f"{name} was not found in {', '.join(places)}")

@@ -1,0 +1,94 @@
+"""ini_to_yaml: an OpenRatSLAM configuration (.txt, ini form) as our flat YAML."""
+
+import argparse
+import configparser
+import sys
+
+from ratslam_tools.errors import InputError
+
+GENERAL = ("topic_root",)
+RATSLAM = (
+    "image_crop_x_min", "image_crop_x_max", "image_crop_y_min", "image_crop_y_max", "template_x_size", "template_y_size",
+    "vt_match_threshold", "vt_shift_match", "vt_step_match", "vt_normalisation", "vt_patch_normalise",
+    "vt_min_patch_normalisation_std", "vt_panoramic", "vt_active_decay", "pc_dim_xy", "pc_dim_th", "pc_w_e_dim", "pc_w_i_dim",
+    "pc_w_e_var", "pc_w_i_var", "pc_global_inhib", "pc_vt_inject_energy", "pc_vt_restore", "pc_cell_x_size",
+    "exp_delta_pc_threshold", "exp_correction", "exp_loops", "exp_initial_em_deg")
+VISUAL_ODOMETRY = tuple(f"{kind}_image_{axis}_{end}" for kind in ("vtrans", "vrot") for axis in "xy" for end in ("min", "max")
+                        ) + ("camera_fov_deg", "camera_hz", "vtrans_scaling", "vtrans_max")
+SECTIONS = {"general": GENERAL, "ratslam": RATSLAM, "visual_odometry": VISUAL_ODOMETRY}
+IGNORED_SECTIONS = ("draw",)
+SYNONYMS = {"vt_patch_normalisation": "vt_patch_normalise"}
+TITLES = {"general": "all nodes", "ratslam": "local view, pose cells, experience map", "visual_odometry": "profile odometry"}
+
+
+def read_ini(path: str) -> configparser.ConfigParser:
+    """@throws InputError for a file that is no ini."""
+    parser = configparser.ConfigParser(interpolation=None, strict=False, inline_comment_prefixes=("#", ";"))
+    parser.optionxform = str
+    try:
+        with open(path, encoding="utf-8") as file:
+            parser.read_file(file)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except (configparser.Error, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not an ini file: {str(error).splitlines()[0]}") from None
+    return parser
+
+
+def convert(path: str):
+    """(YAML text, remarks on what was left out). @throws InputError naming key and value that are no number."""
+    parser = read_ini(path)
+    lines, remarks, seen = [], [], set()
+    for section in parser.sections():
+        if section in IGNORED_SECTIONS:
+            remarks.append(f"[{section}] is left out: rviz draws")
+        elif section not in SECTIONS:
+            remarks.append(f"[{section}] is unknown and left out")
+    for section, known in SECTIONS.items():
+        if not parser.has_section(section):
+            continue
+        lines.append(f"# {TITLES[section]}")
+        for key, value in parser.items(section):
+            name = SYNONYMS.get(key, key)
+            if name not in known:
+                remarks.append(f"[{section}] {key} is unknown and left out")
+                continue
+            if name in seen:
+                raise InputError(f"{path}: {name} is given twice")
+            seen.add(name)
+            if name not in GENERAL:
+                try:
+                    float(value)
+                except ValueError:
+                    raise InputError(f"{path}: [{section}] {key}: '{value}' is not a number") from None
+            lines.append(f'{name}: "{value}"' if name in GENERAL else f"{name}: {value}")
+    if not seen:
+        raise InputError(f"{path}: none of the sections {', '.join(f'[{name}]' for name in SECTIONS)} has a known key")
+    return "\n".join(lines) + "\n", remarks
+
+
+def main(argv=None) -> None:
+    """ini_to_yaml."""
+    parser = argparse.ArgumentParser(
+        prog="ini_to_yaml", formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Turns an OpenRatSLAM configuration into YAML for these nodes and ratslam_run. What it leaves out it "
+                    "reports on stderr.",
+        epilog="examples:\n  ini_to_yaml config_stlucia.txt stlucia.yaml\n  ini_to_yaml config_stlucia.txt --strict")
+    parser.add_argument("ini", help="OpenRatSLAM configuration")
+    parser.add_argument("yaml", nargs="?", help="file to write (default: stdout)")
+    parser.add_argument("--strict", action="store_true", help="an unknown key is an error")
+    arguments = parser.parse_args(argv)
+    text, remarks = convert(arguments.ini)
+    unknown = [remark for remark in remarks if "unknown" in remark]
+    if arguments.strict and unknown:
+        raise InputError(f"{arguments.ini}: {unknown[0]}")
+    for remark in remarks:
+        print(f"note: {remark}", file=sys.stderr)
+    if arguments.yaml is None:
+        sys.stdout.write(text)
+        return
+    try:
+        with open(arguments.yaml, "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        raise InputError(f"{arguments.yaml}: cannot be written: {error.strerror}") from None
