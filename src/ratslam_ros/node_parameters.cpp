@@ -62,7 +62,8 @@ ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::No
   if (argc == 2) {
     std::vector<std::string> ignored;
     map = ParameterMap::fromFile(argv[1], &ignored);
-    for (const std::string& what : ignored) ROS_INFO("%s", what.c_str());
+    for (const std::string& section : ignored)
+      ROS_INFO("%s: section %s is ignored", argv[1], section.c_str());
   }
   const std::string& ns = private_handle.getNamespace();
   XmlRpc::XmlRpcValue dictionary;

@@ -31,7 +31,8 @@ class ParameterMap {
   /// By the file's ending: .txt and .ini are OpenRatSLAM's, everything else is YAML.
   static ParameterMap fromFile(const std::string& path, std::vector<std::string>* ignored = nullptr);
 
-  void set(const std::string& key, ParameterValue value) { values_[key] = std::move(value); }
+  /// OpenRatSLAM's second spelling vt_patch_normalisation is stored under the first.
+  void set(const std::string& key, ParameterValue value);
   /// "key=value". @throws std::invalid_argument where it is not of that form
   void setFromAssignment(const std::string& assignment);
 

@@ -70,7 +70,7 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
       } else {
         throw std::runtime_error(value.origin + ": " + key + ": neither a value nor a list of values");
       }
-      map.set(canonicalKey(key), std::move(value));
+      map.set(key, std::move(value));
     }
   } catch (const YAML::Exception& error) {
     throw std::runtime_error(path + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg);
@@ -100,7 +100,7 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
       ParameterValue value;
       value.text = entry.second.data();
       value.origin = path + " [" + section.first + "]";
-      map.set(canonicalKey(entry.first), std::move(value));
+      map.set(entry.first, std::move(value));
     }
   }
   return map;
@@ -114,6 +114,10 @@ ParameterMap ParameterMap::fromFile(const std::string& path, std::vector<std::st
   return ends_with(".txt") || ends_with(".ini") ? fromIni(path, ignored) : fromYaml(path);
 }
 
+void ParameterMap::set(const std::string& key, ParameterValue value) {
+  values_[canonicalKey(key)] = std::move(value);
+}
+
 void ParameterMap::setFromAssignment(const std::string& assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
@@ -122,7 +126,7 @@ void ParameterMap::setFromAssignment(const std::string& assignment) {
   ParameterValue value;
   value.text = assignment.substr(equals + 1);
   value.origin = "the command line";
-  set(canonicalKey(assignment.substr(0, equals)), std::move(value));
+  set(assignment.substr(0, equals), std::move(value));
 }
 
 void ParameterMap::rejectUnknown(const std::set<std::string>& known) const {
