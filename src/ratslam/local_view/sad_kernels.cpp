@@ -37,7 +37,8 @@ void smallestSadsScalar(const std::uint8_t* groups, std::size_t group_count, con
       std::uint32_t sum = chunkSad(bytes + shift.head.chunk * kChunkBytes, shift.head.view, shift.head.mask) +
                           chunkSad(bytes + shift.tail.chunk * kChunkBytes, shift.tail.view, shift.tail.mask);
       for (std::size_t c = 0; c < shift.middle_count; ++c) {
-        sum += chunkSad(bytes + (shift.middle_chunk + c) * kChunkBytes, shift.middle_view[c], ~std::uint64_t{0});
+        sum +=
+            chunkSad(bytes + (shift.middle_chunk + c) * kChunkBytes, shift.middle_view[c], ~std::uint64_t{0});
       }
       least = std::min(least, sum);
     }
@@ -57,7 +58,8 @@ void smallestSadsSse2(const std::uint8_t* groups, std::size_t group_count, const
                       std::uint32_t* smallest) {
   constexpr std::size_t kPairs = kGroupLanes / 2;
   for (std::size_t pair = 0; pair < group_count * kPairs; ++pair) {
-    const std::uint8_t* bytes = groups + pair / kPairs * views.group_chunks * kChunkBytes + pair % kPairs * 16;
+    const std::uint8_t* bytes =
+        groups + pair / kPairs * views.group_chunks * kChunkBytes + pair % kPairs * 16;
     std::uint32_t least[2] = {std::numeric_limits<std::uint32_t>::max(),
                               std::numeric_limits<std::uint32_t>::max()};
     for (std::size_t i = 0; i < views.shift_count; ++i) {
@@ -77,7 +79,8 @@ void smallestSadsSse2(const std::uint8_t* groups, std::size_t group_count, const
 }
 
 __attribute__((target("avx2"))) inline __m256i masked256(const std::uint8_t* bytes, const MaskedChunk& part) {
-  const __m256i learned = _mm256_load_si256(reinterpret_cast<const __m256i*>(bytes + part.chunk * kChunkBytes));
+  const __m256i learned =
+      _mm256_load_si256(reinterpret_cast<const __m256i*>(bytes + part.chunk * kChunkBytes));
   const __m256i mask = _mm256_set1_epi64x(static_cast<long long>(part.mask));
   return _mm256_sad_epu8(_mm256_and_si256(learned, mask),
                          _mm256_set1_epi64x(static_cast<long long>(part.view)));
@@ -94,8 +97,7 @@ __attribute__((target("avx2"))) void smallestSadsAvx2(const std::uint8_t* groups
       __m256i sum = _mm256_add_epi64(masked256(bytes, shift.head), masked256(bytes, shift.tail));
       const std::uint8_t* middle = bytes + shift.middle_chunk * kChunkBytes;
       for (std::size_t c = 0; c < shift.middle_count; ++c) {
-        const __m256i learned =
-            _mm256_load_si256(reinterpret_cast<const __m256i*>(middle + c * kChunkBytes));
+        const __m256i learned = _mm256_load_si256(reinterpret_cast<const __m256i*>(middle + c * kChunkBytes));
         const __m256i view = _mm256_set1_epi64x(static_cast<long long>(shift.middle_view[c]));
         sum = _mm256_add_epi64(sum, _mm256_sad_epu8(learned, view));
       }
