@@ -55,6 +55,7 @@ class SadIndex {
   };
   struct View;
 
+  std::size_t blockShift(std::size_t position) const;
   std::uint8_t* chunkOf(std::size_t id, std::size_t chunk) const;
 
   int rows_;
