@@ -58,11 +58,10 @@ def compare(reference: Trajectory, estimate: Trajectory, settings: Settings, nee
         estimate = frames.convert(estimate, settings.est_frame, "base")
     if needs_body or not settings.align:
         frames.require_same_axis(reference, estimate)
+    elif settings.plane is not None:
+        # An aligned error is the same in any axes; a projection needs both grounds to be the same coordinate plane.
+        frames.require_same_axis(reference, estimate)
     convention = "base" if settings.ref_frame is not None else frames.convention(reference)
-    estimate_convention = frames.convention(estimate)
-    if convention is not None and estimate_convention is not None:
-        # An aligned 3D error is the same in any axes; only a projection needs the two grounds to be one plane.
-        estimate = frames.convert(estimate, estimate_convention, convention)
     matched, followed = association.associate(reference, estimate, settings.t_max_diff, settings.t_offset)
     if settings.plane is not None:
         matched, followed = frames.project(matched, settings.plane), frames.project(followed, settings.plane)
@@ -70,9 +69,16 @@ def compare(reference: Trajectory, estimate: Trajectory, settings: Settings, nee
     return Comparison(matched, alignment.apply(followed), alignment, len(reference), convention)
 
 
-def on_ground(reference: Trajectory, estimate: Trajectory, settings: Settings, comparison: Comparison,
-              needs_body: bool) -> Optional[Comparison]:
-    """The same comparison projected to the reference's ground plane; None where it has none or is projected already."""
-    if settings.plane is not None or comparison.convention is None:
+def on_ground(compared: Comparison, settings: Settings) -> Optional[Comparison]:
+    """The same comparison on the reference's ground plane; None where it has none or is projected already.
+
+    The estimate is projected after it was brought onto the reference (its own world may be tilted), and then fitted anew
+    within the plane. A flat estimate, which leans on the reference's hills to fit them, is first laid level again.
+    """
+    if settings.plane is not None or compared.convention is None:
         return None
-    return compare(reference, estimate, replace(settings, plane=frames.GROUND[comparison.convention]), needs_body)
+    plane = frames.GROUND[compared.convention]
+    reference = frames.project(compared.reference, plane)
+    estimate = frames.project(frames.laid_level(compared.estimate, plane), plane)
+    alignment = association.fit_alignment(reference, estimate, settings.align, settings.correct_scale, settings.n_to_align)
+    return replace(compared, reference=reference, estimate=alignment.apply(estimate), alignment=alignment)

@@ -85,7 +85,7 @@ def evaluate_ape(reference, estimates, settings, relation="trans_part") -> List[
     for estimate in estimates:
         compared = comparison.compare(reference, estimate, settings, needs_body)
         errors = metrics.ape(compared.reference, compared.estimate, relation)
-        ground = comparison.on_ground(reference, estimate, settings, compared, needs_body)
+        ground = comparison.on_ground(compared, settings)
         on_ground = None if ground is None else metrics.ape(ground.reference, ground.estimate, relation)
         plane = None if ground is None else frames.GROUND[compared.convention]
         results.append(Result(estimate.name, compared, errors, range(len(errors)), on_ground, plane))

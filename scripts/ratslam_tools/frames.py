@@ -17,6 +17,8 @@ FORWARD = {"base": "x", "camera": "z"}
 GROUND = {"base": "xy", "camera": "xz"}
 # Share of the path that must lie along one body axis before a vehicle's convention is taken as known.
 CERTAIN_SHARE = 0.8
+# Thickness, as a share of its length, below which a trajectory counts as flat: a map's files have 9 digits.
+FLAT = 1e-6
 
 
 def moving_axis(trajectory: Trajectory) -> Optional[str]:
@@ -63,6 +65,17 @@ def require_same_axis(reference: Trajectory, estimate: Trajectory) -> None:
     if all(axis in frames_of for axis in axes):
         advice = f"; give --ref_frame {frames_of[axes[0]]} --est_frame {frames_of[axes[1]]} to convert them"
     raise InputError(f"the body frames differ: {moves[0]}, {moves[1]}{advice}")
+
+
+def laid_level(trajectory: Trajectory, plane: str) -> Trajectory:
+    """A trajectory that lies in some plane, turned into coordinate plane `plane`; any other as it is."""
+    centred = trajectory.positions - trajectory.positions.mean(axis=0)
+    _, extents, axes = np.linalg.svd(centred, full_matrices=False)
+    if extents[2] > FLAT * extents[0] or extents[1] <= FLAT * extents[0]:
+        return trajectory
+    target = np.eye(3)[PLANES[plane]]
+    normal = axes[2] if axes[2] @ target >= 0 else -axes[2]
+    return trajectory.transformed(geometry.rotation_between(normal, target), np.zeros(3))
 
 
 def project(trajectory: Trajectory, plane: str) -> Trajectory:

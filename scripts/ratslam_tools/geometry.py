@@ -78,6 +78,13 @@ def rotation_about_y(angle: float) -> np.ndarray:
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
+def rotation_between(source: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """The smallest rotation (3, 3) taking unit vector `source` to unit vector `target`, which are not opposite (Rodrigues)."""
+    x, y, z = np.cross(source, target)
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + skew + skew @ skew / (1.0 + source @ target)
+
+
 def transpose(rotations: np.ndarray) -> np.ndarray:
     """Inverses of rotation matrices (..., 3, 3)."""
     return np.swapaxes(rotations, -1, -2)

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "ratslam/common/progress_bar.h"
+#include "ratslam/dataset/odometry_file.h"
 #include "ratslam/pipeline/run_log.h"
 #include "recordings.h"
 

@@ -1,4 +1,16 @@
-/// Search of the learned template most like a view (MODEL section 1, step 5).
+/// Search of the learned template most like a view (MODEL section 1, step 5): exact, and much faster than comparing
+/// every value of every template.
+///
+///   1. Mean gate: templates whose mean differs too much from the view's are no candidates.
+///   2. Coarse bound: by the triangle inequality the difference of two columns is at least that of their means. The
+///      SAD of the columns' means, in 8 bits with their rounding allowed for, bounds each template's error from below.
+///   3. Fine bounds: for templates which that does not exclude, the SAD of all values in 8 bits bounds the error from
+///      both sides. The template of the smallest coarse bound goes first, so that most others are excluded early.
+///   4. Exact error: the few templates whose bounds overlap the best are computed again in double from their packed
+///      sums (packed_template.h), every sum of differences in the order row by row, column by column.
+///
+/// Rounding to 8 bits moves a value by at most half a level: an 8-bit SAD over n values differs by at most n levels
+/// from 255 times the true sum. Hence winner, error, ties and decision are those of an exhaustive search in double.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +18,9 @@
 #include <vector>
 
 #include "ratslam/local_view/local_view_params.h"
+#include "ratslam/local_view/packed_template.h"
+#include "ratslam/local_view/sad_index.h"
+#include "ratslam/local_view/simd_level.h"
 #include "ratslam/local_view/view_template.h"
 
 namespace ratslam {
@@ -19,21 +34,49 @@ struct TemplateMatch {
 
 class TemplateMatcher {
  public:
-  /// @throws std::invalid_argument as LocalViewParams::validate does.
-  explicit TemplateMatcher(const LocalViewParams& params);
+  /// @throws std::invalid_argument as LocalViewParams::validate does, and where this processor lacks the level.
+  explicit TemplateMatcher(const LocalViewParams& params, SimdLevel level = bestSimdLevel());
 
-  /// Stores a template; its id is the number of templates before it.
+  /// Stores a template, at a cost that does not depend on how many there are. Its id is the number of templates
+  /// before it. @throws std::invalid_argument for a template of another size than the parameters'.
   std::uint32_t add(const ViewTemplate& learned);
 
-  /// The template of the smallest error, of equals the lowest id, then the lowest shift; none where the mean
-  /// gate leaves no candidate.
+  /// The template of the smallest error, of equals the lowest id, then the lowest shift; none where the mean gate
+  /// leaves no candidate. @throws std::invalid_argument as add does.
   std::optional<TemplateMatch> findBest(const ViewTemplate& view);
 
-  std::size_t size() const { return templates_.size(); }
+  std::size_t size() const { return means_.size(); }
+
+  /// Values of template `id` as they were added, to the last bit, row by row. @throws std::out_of_range.
+  std::vector<double> values(std::uint32_t id) const;
+
+  /// Values of template `id` in 8 bits, row by row. @throws std::out_of_range.
+  std::vector<std::uint8_t> bytes(std::uint32_t id) const;
+
+  /// Memory held for the templates.
+  std::size_t memoryBytes() const;
 
  private:
+  struct Candidate {
+    std::uint32_t sad = 0;
+    std::uint32_t id = 0;
+  };
+
+  void checkSize(const ViewTemplate& view) const;
+  std::optional<std::size_t> boundCoarsely(double view_mean);
+  void collectCandidates(std::size_t most_likely);
+  void refine(const Candidate& candidate, const std::vector<double>& view,
+              std::optional<TemplateMatch>& best) const;
+  double meanDifference(const std::vector<double>& view, const std::vector<double>& learned, int shift) const;
+
   LocalViewParams params_;
-  std::vector<ViewTemplate> templates_;
+  SadIndex coarse_;  // means of columns
+  SadIndex fine_;    // all values
+  std::vector<double> means_;
+  std::vector<PackedTemplate> packed_;
+  // Buffers of a search.
+  std::vector<std::uint32_t> coarse_sads_;
+  std::vector<Candidate> candidates_;
 };
 
 }  // namespace ratslam

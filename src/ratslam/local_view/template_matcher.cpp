@@ -1,37 +1,204 @@
 #include "ratslam/local_view/template_matcher.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+#include "sad_kernels.h"
 
 namespace ratslam {
+namespace {
 
-TemplateMatcher::TemplateMatcher(const LocalViewParams& params) : params_(params) { params_.validate(); }
+constexpr std::uint32_t kNoCandidate = std::numeric_limits<std::uint32_t>::max();
+
+/// All values in 8 bits, column by column.
+std::vector<std::uint8_t> columnBytes(const ViewTemplate& view, const TemplateParams& params) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(view.values.size());
+  const auto columns = static_cast<std::size_t>(params.x_size);
+  for (std::size_t x = 0; x < columns; ++x) {
+    for (std::size_t i = x; i < view.values.size(); i += columns) bytes.push_back(quantised(view.values[i]));
+  }
+  return bytes;
+}
+
+/// Means of the columns in 8 bits.
+std::vector<std::uint8_t> columnMeans(const ViewTemplate& view, const TemplateParams& params) {
+  std::vector<std::uint8_t> means;
+  const auto columns = static_cast<std::size_t>(params.x_size);
+  for (std::size_t x = 0; x < columns; ++x) {
+    double sum = 0.0;
+    for (std::size_t i = x; i < view.values.size(); i += columns) sum += view.values[i];
+    means.push_back(quantised(sum / params.y_size));
+  }
+  return means;
+}
+
+}  // namespace
+
+TemplateMatcher::TemplateMatcher(const LocalViewParams& params, SimdLevel level)
+    : params_((params.validate(), params)),
+      coarse_(params, 1, level),
+      fine_(params, params.view_template.y_size, level) {}
+
+void TemplateMatcher::checkSize(const ViewTemplate& view) const {
+  const TemplateParams& expected = params_.view_template;
+  if (view.blocks.columns == expected.x_size && view.blocks.rows == expected.y_size) return;
+  std::ostringstream message;
+  message << "view template: its size is " << view.blocks.columns << " x " << view.blocks.rows << ", not "
+          << expected.x_size << " x " << expected.y_size;
+  throw std::invalid_argument(message.str());
+}
 
 std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
-  templates_.push_back(learned);
-  return static_cast<std::uint32_t>(templates_.size() - 1);
+  checkSize(learned);
+  const auto id = static_cast<std::uint32_t>(size());
+  coarse_.add(columnMeans(learned, params_.view_template));
+  fine_.add(columnBytes(learned, params_.view_template));
+  means_.push_back(learned.mean);
+  packed_.emplace_back(learned, params_.view_template);
+  return id;
+}
+
+std::vector<std::uint8_t> TemplateMatcher::bytes(std::uint32_t id) const {
+  if (id >= size()) throw std::out_of_range("view template: there is none of id " + std::to_string(id));
+  const std::vector<std::uint8_t> by_column = fine_.bytes(id);
+  const auto rows = static_cast<std::size_t>(params_.view_template.y_size);
+  std::vector<std::uint8_t> by_row;
+  by_row.reserve(by_column.size());
+  for (std::size_t y = 0; y < rows; ++y) {
+    for (std::size_t i = y; i < by_column.size(); i += rows) by_row.push_back(by_column[i]);
+  }
+  return by_row;
+}
+
+std::vector<double> TemplateMatcher::values(std::uint32_t id) const {
+  return packed_.at(id).values(bytes(id), params_.view_template);
 }
 
 std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view) {
+  checkSize(view);
+  coarse_.setView(columnMeans(view, params_.view_template));
+  const std::optional<std::size_t> most_likely = boundCoarsely(view.mean);
+  if (!most_likely) return std::nullopt;
+  fine_.setView(columnBytes(view, params_.view_template));
+  collectCandidates(*most_likely);
   std::optional<TemplateMatch> best;
-  const int columns = params_.view_template.x_size;
-  const int rows = params_.view_template.y_size;
-  const int compared = params_.comparedColumns();
-  const int first = params_.panoramic ? 0 : params_.shift_match;
-  for (std::uint32_t id = 0; id < templates_.size(); ++id) {
-    if (std::abs(view.mean - templates_[id].mean) > params_.meanGate()) continue;
-    for (int i = 0; i < params_.shiftCount(); ++i) {
-      const int shift = i * params_.step_match;
-      double sum = 0.0;
-      for (int y = 0; y < rows; ++y) {
-        const double* view_row = view.values.data() + y * columns + first;
-        const double* learned_row = templates_[id].values.data() + y * columns;
-        for (int x = 0; x < compared; ++x) sum += std::abs(view_row[x] - learned_row[(x + shift) % columns]);
-      }
-      const double error = sum / (compared * rows);
-      if (!best || error < best->error) best = TemplateMatch{id, shift, error};
+  for (const Candidate& candidate : candidates_) refine(candidate, view.values, best);
+  return best;
+}
+
+/// Fills coarse_sads_, kNoCandidate where the mean gate excludes a template, and returns the id of the smallest.
+std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
+  const double gate = params_.meanGate();
+  const auto excluded = [&](std::size_t id) {
+    return id >= means_.size() || std::abs(view_mean - means_[id]) > gate;
+  };
+  const auto group_excluded = [&](std::size_t group) {
+    for (std::size_t id = group * kGroupLanes; id < (group + 1) * kGroupLanes; ++id) {
+      if (!excluded(id)) return false;
+    }
+    return true;
+  };
+  const std::size_t groups = coarse_.groupCount();
+  coarse_sads_.assign(groups * kGroupLanes, kNoCandidate);
+  std::size_t most_likely = 0;
+  for (std::size_t first = 0; first < groups;) {
+    if (group_excluded(first)) {
+      ++first;
+      continue;
+    }
+    std::size_t last = first + 1;
+    while (last < groups && !group_excluded(last)) ++last;
+    coarse_.smallestSads(first, last, coarse_sads_.data() + first * kGroupLanes);
+    for (std::size_t id = first * kGroupLanes; id < last * kGroupLanes; ++id) {
+      if (excluded(id)) coarse_sads_[id] = kNoCandidate;
+      if (coarse_sads_[id] < coarse_sads_[most_likely]) most_likely = id;
+    }
+    first = last;
+  }
+  if (groups == 0 || coarse_sads_[most_likely] == kNoCandidate) return std::nullopt;
+  return most_likely;
+}
+
+/// Fills candidates_ with every template that may be the best, the smallest 8-bit SAD first.
+void TemplateMatcher::collectCandidates(std::size_t most_likely) {
+  const std::uint64_t slack = fine_.comparedBytes() + 1;    // of a fine SAD; 1 for the rounding of doubles
+  const std::uint64_t coarse_slack = coarse_.comparedBytes() + 1;
+  const auto rows = static_cast<std::uint64_t>(params_.view_template.y_size);
+  candidates_.clear();
+  std::uint32_t smallest = kNoCandidate - 1;  // fine SAD so far
+  std::uint64_t coarse_limit = kNoCandidate - 1;
+  std::array<std::uint32_t, kGroupLanes> sads{};
+  const auto search_group = [&](std::size_t group) {
+    fine_.smallestSads(group, group + 1, sads.data());
+    for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
+      const std::size_t id = group * kGroupLanes + lane;
+      if (coarse_sads_[id] > coarse_limit || sads[lane] > smallest + 2 * slack) continue;
+      candidates_.push_back({sads[lane], static_cast<std::uint32_t>(id)});
+      if (sads[lane] >= smallest) continue;
+      smallest = sads[lane];
+      coarse_limit = std::min<std::uint64_t>(coarse_limit, (smallest + slack) / rows + coarse_slack);
+    }
+  };
+  const std::size_t first_group = most_likely / kGroupLanes;
+  search_group(first_group);
+  for (std::size_t group = 0; group < fine_.groupCount(); ++group) {
+    const auto first = coarse_sads_.begin() + static_cast<std::ptrdiff_t>(group * kGroupLanes);
+    if (group == first_group || *std::min_element(first, first + kGroupLanes) > coarse_limit) continue;
+    search_group(group);
+  }
+  const auto hopeless = [&](const Candidate& c) { return c.sad > smallest + 2 * slack; };
+  candidates_.erase(std::remove_if(candidates_.begin(), candidates_.end(), hopeless), candidates_.end());
+  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+    return a.sad != b.sad ? a.sad < b.sad : a.id < b.id;
+  });
+}
+
+/// Puts the candidate in place of the best if it is better.
+void TemplateMatcher::refine(const Candidate& candidate, const std::vector<double>& view,
+                             std::optional<TemplateMatch>& best) const {
+  const double compared = static_cast<double>(fine_.comparedBytes());
+  // The largest 8-bit SAD that the best error allows.
+  const auto limit = [&] { return best ? (255.0 * best->error + 1.0) * compared + 1.0 : 1e300; };
+  if (best && best->error == 0.0 && candidate.id > best->id) return;
+  if (candidate.sad > limit()) return;
+  const std::vector<std::uint8_t> by_column = fine_.bytes(candidate.id);
+  const std::vector<double> learned = values(candidate.id);
+  for (int i = 0; i < params_.shiftCount(); ++i) {
+    if (fine_.sad(by_column, i) > limit()) continue;
+    const int shift = i * params_.step_match;
+    const double error = meanDifference(view, learned, shift);
+    if (!best || error < best->error || (error == best->error && candidate.id < best->id)) {
+      best = TemplateMatch{candidate.id, shift, error};
     }
   }
-  return best;
+}
+
+double TemplateMatcher::meanDifference(const std::vector<double>& view, const std::vector<double>& learned,
+                                       int shift) const {
+  const int columns = params_.view_template.x_size;
+  const int compared = params_.comparedColumns();
+  const int first = params_.panoramic ? 0 : params_.shift_match;
+  const int unwrapped = std::min(compared, columns - shift);
+  double sum = 0.0;
+  for (int y = 0; y < params_.view_template.y_size; ++y) {
+    const double* view_row = view.data() + y * columns + first;
+    const double* learned_row = learned.data() + y * columns;
+    for (int x = 0; x < unwrapped; ++x) sum += std::abs(view_row[x] - learned_row[x + shift]);
+    for (int x = unwrapped; x < compared; ++x) sum += std::abs(view_row[x] - learned_row[x + shift - columns]);
+  }
+  return sum / static_cast<double>(fine_.comparedBytes());
+}
+
+std::size_t TemplateMatcher::memoryBytes() const {
+  std::size_t bytes = coarse_.memoryBytes() + fine_.memoryBytes() + means_.capacity() * sizeof(double) +
+                      (packed_.capacity() - packed_.size()) * sizeof(PackedTemplate);
+  for (const PackedTemplate& packed : packed_) bytes += packed.memoryBytes();
+  return bytes;
 }
 
 }  // namespace ratslam

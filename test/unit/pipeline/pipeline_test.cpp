@@ -30,8 +30,8 @@ cv::Mat view(int frame) {
 
 PipelineParams params() {
   PipelineParams p;
-  p.local_view.x_size = 32;
-  p.local_view.y_size = 8;
+  p.local_view.view_template.x_size = 32;
+  p.local_view.view_template.y_size = 8;
   p.local_view.match_threshold = 0.02;
   p.local_view.shift_match = 3;
   p.local_view.step_match = 1;

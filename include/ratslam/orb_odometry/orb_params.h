@@ -1,0 +1,64 @@
+/// Settings of the ORB odometry; keys as in configuration files.
+#pragma once
+
+#include "ratslam/common/params.h"
+
+namespace ratslam {
+
+struct OrbOdometryParams {
+  int features = 2000;
+  int levels = 8;
+  double scale_factor = 1.2;
+  int fast_threshold = 20;
+  int fast_min_threshold = 7;
+  double camera_height = 0.0;
+  bool ground_plane = true;
+  double camera_pitch_deg = 0.0;
+  double nominal_speed = 0.0;
+  int window_keyframes = 8;
+  int fixed_keyframes = 12;
+  int map_keyframes = 25;
+  double keyframe_baseline = 0.015;
+  int new_landmarks = 300;
+  double init_parallax_deg = 1.0;
+  int init_points = 80;
+  double min_parallax_deg = 1.0;
+  double outlier_gate = 12.0;
+  int min_tracked = 25;
+  double coast_time = 0.5;
+  int relocalisation_inliers = 50;
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    visit("orb_features", features, Bounds{100, 20000}, "features per image");
+    visit("orb_levels", levels, Bounds{1, 16}, "levels of the image pyramid");
+    visit("orb_scale_factor", scale_factor, Bounds{1.05, 2.0}, "scale between pyramid levels");
+    visit("orb_fast_threshold", fast_threshold, Bounds{1, 255}, "corner threshold [grey levels]");
+    visit("orb_fast_min_threshold", fast_min_threshold, Bounds{1, 255},
+          "corner threshold where a grid cell has no stronger corner [grey levels]");
+    visit("camera_height", camera_height, Bounds{0.0, 100.0}, "camera above the road [m]; 0 = unknown");
+    visit("orb_ground_plane", ground_plane, Bounds{},
+          "hold the scale by the road plane; without camera_height it holds the scale of the start");
+    visit("camera_pitch_deg", camera_pitch_deg, Bounds{-60.0, 60.0}, "camera looking down by this much [deg]");
+    visit("nominal_speed", nominal_speed, Bounds{0.0, 1000.0},
+          "speed assumed while the map starts, where camera_height is unknown [m/s]; 0 = median depth is 1");
+    visit("orb_window_keyframes", window_keyframes, Bounds{2, 50}, "keyframes refined together");
+    visit("orb_fixed_keyframes", fixed_keyframes, Bounds{1, 100}, "older keyframes that hold the window");
+    visit("orb_map_keyframes", map_keyframes, Bounds{3, 500}, "keyframes kept");
+    visit("orb_keyframe_baseline", keyframe_baseline, Bounds{0.0, 1.0},
+          "a keyframe is taken after moving by this share of the median depth");
+    visit("orb_new_landmarks", new_landmarks, Bounds{10, 5000}, "most landmarks added by a keyframe");
+    visit("orb_init_parallax_deg", init_parallax_deg, Bounds{0.1, 20.0}, "parallax needed to start a map [deg]");
+    visit("orb_init_points", init_points, Bounds{20, 5000}, "points needed to start a map");
+    visit("orb_min_parallax_deg", min_parallax_deg, Bounds{0.1, 20.0}, "parallax of a new landmark [deg]");
+    visit("orb_outlier_gate", outlier_gate, Bounds{4.0, 50.0}, "squared error of an outlier [sigma^2]");
+    visit("orb_min_tracked", min_tracked, Bounds{6, 1000}, "landmarks without which tracking is lost");
+    visit("orb_coast_time", coast_time, Bounds{0.0, 10.0}, "longest coasting on the last velocity [s]");
+    visit("orb_relocalisation_inliers", relocalisation_inliers, Bounds{10, 1000},
+          "landmarks needed to find back into the map");
+  }
+  /// @throws std::invalid_argument naming key, value and bound.
+  void validate() const;
+};
+
+}  // namespace ratslam

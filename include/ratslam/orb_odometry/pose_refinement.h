@@ -1,0 +1,62 @@
+/// Camera pose from landmarks of known position: robust reprojection error, Gauss-Newton on SE(3).
+///
+///   minimise over T   sum_i rho( |pixel_i - project(T point_i)|^2 / (sigma_i s)^2 )
+///
+/// rho is Huber's; s, the scale of the errors, is estimated from their median absolute deviation before each round
+/// (Hartley and Zisserman, Multiple View Geometry, A6.8), because a fixed gate at an assumed noise biases the scale
+/// of a monocular path. Observations beyond the gate keep out of the round, and may come back in the next.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ratslam/orb_odometry/camera_model.h"
+#include "ratslam/orb_odometry/rigid_transform.h"
+
+namespace ratslam {
+
+struct PoseObservation {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< world
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< undistorted
+  double sigma = 1.0;                               ///< relative
+};
+
+struct RobustLoss {
+  double huber = 2.0;      ///< where the loss turns from quadratic to linear [sigma]
+  double gate = 12.0;      ///< squared error beyond which an observation counts as wrong [sigma^2]
+  double min_sigma = 0.1;  ///< noise is never believed to be less [px]
+};
+
+struct PoseEstimate {
+  RigidTransform T_camera_world;
+  Matrix6 covariance = Matrix6::Zero();  ///< of the left increment (translation, rotation)
+  double sigma = 1.0;                    ///< scale of the reprojection errors [px]
+  std::vector<bool> inlier;              ///< one an observation
+  int inliers = 0;
+};
+
+/// Reprojection error [px] and its derivative by the left increment of the pose (translation, rotation).
+struct Reprojection {
+  Eigen::Vector2d error = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 3> by_point_in_camera = Eigen::Matrix<double, 2, 3>::Zero();
+  double depth = 0.0;  ///< the rest is valid where it is positive
+
+  Eigen::Matrix<double, 2, 6> byPose(const Eigen::Vector3d& point_in_camera) const {
+    Eigen::Matrix<double, 2, 6> jacobian;
+    jacobian.leftCols<3>() = by_point_in_camera;
+    jacobian.rightCols<3>() = -by_point_in_camera * skew(point_in_camera);
+    return jacobian;
+  }
+};
+/// project(point) - pixel, for a point in the camera frame.
+Reprojection reproject(const CameraModel& camera, const Eigen::Vector3d& point_in_camera,
+                       const Eigen::Vector2d& pixel);
+
+/// Standard deviation of one coordinate of two-dimensional Gaussian errors, from the median of their lengths.
+double robustSigma(std::vector<double> error_lengths);
+
+/// @return an estimate with inliers = 0 and the initial pose where fewer than 6 observations are given.
+PoseEstimate refinePose(const CameraModel& camera, const RigidTransform& initial,
+                        const std::vector<PoseObservation>& observations, const RobustLoss& loss);
+
+}  // namespace ratslam

@@ -1,0 +1,69 @@
+#include "ratslam/local_view/packed_template.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace ratslam {
+namespace {
+
+constexpr std::size_t kReadBytes = 8;  // a number is read as part of a whole 64-bit word
+
+std::uint32_t bitsOf(std::uint64_t largest) {
+  std::uint32_t bits = 0;
+  for (; largest > 0; largest >>= 1U) ++bits;
+  return bits;
+}
+
+}  // namespace
+
+PackedTemplate::PackedTemplate(const ViewTemplate& original, const TemplateParams& params)
+    : scale_(original.scale), full_scale_(original.blocks.full_scale) {
+  const double white = static_cast<double>(full_scale_) / scale_;  // the sum from which a value is 1
+  sums_per_level_ = params.patch_radius > 0 ? 0.0 : white / 255.0;
+  // A sum beyond white gives 1 like white itself; the margin of 1 covers the rounding of `white`.
+  const auto saturated = static_cast<std::uint64_t>(std::ceil(white)) + 1;
+
+  std::vector<std::uint64_t> rests;
+  rests.reserve(original.values.size());
+  for (std::size_t i = 0; i < original.values.size(); ++i) {
+    const std::uint64_t sum = std::min(original.blocks.sums[i], saturated);
+    rests.push_back(sum - smallestSum(quantised(original.values[i])));
+  }
+  bits_ = bitsOf(*std::max_element(rests.begin(), rests.end()));
+  packed_bytes_ = static_cast<std::uint32_t>((rests.size() * bits_ + 7) / 8 + kReadBytes - 1);
+  packed_ = std::make_unique<std::uint8_t[]>(packed_bytes_);
+  for (std::size_t i = 0; i < rests.size(); ++i) {
+    for (std::size_t bit = 0; bit < bits_; ++bit) {
+      const std::size_t position = i * bits_ + bit;
+      const auto set = static_cast<unsigned>((rests[i] >> bit) & 1U);
+      packed_[position / 8] = static_cast<std::uint8_t>(packed_[position / 8] | (set << (position % 8)));
+    }
+  }
+}
+
+std::uint64_t PackedTemplate::smallestSum(std::uint8_t byte) const {
+  // Half a level below the byte's, and 1 less for the rounding of the value and of this product.
+  const double sum = (byte - 0.5) * sums_per_level_ - 1.0;
+  return sum > 0.0 ? static_cast<std::uint64_t>(sum) : 0;
+}
+
+std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& bytes,
+                                           const TemplateParams& params) const {
+  BlockSums blocks;
+  blocks.columns = params.x_size;
+  blocks.rows = params.y_size;
+  blocks.full_scale = full_scale_;
+  blocks.sums.reserve(bytes.size());
+  const std::uint64_t mask = (std::uint64_t{1} << bits_) - 1;
+  std::size_t position = 0;
+  for (const std::uint8_t byte : bytes) {
+    std::uint64_t word = 0;
+    for (std::size_t i = kReadBytes; i-- > 0;) word = word << 8U | packed_[position / 8 + i];
+    blocks.sums.push_back(smallestSum(byte) + ((word >> (position % 8)) & mask));
+    position += bits_;
+  }
+  return templateValues(blocks, scale_, params);
+}
+
+}  // namespace ratslam

@@ -1,0 +1,90 @@
+#include "ratslam/orb_odometry/frame_tracker.h"
+
+#include <array>
+
+#include "ratslam/orb_odometry/matching.h"
+
+namespace ratslam {
+namespace {
+
+constexpr std::array<double, 3> kSearchRadii = {12.0, 30.0, 70.0};  // around the predicted place [px]
+constexpr double kFallbackRadius = 6.0;  // descriptor search where alignment from the projection fails [px]
+constexpr int kEnoughForPose = 40;       // inliers at which no wider search is needed
+
+/// Pose from descriptor matches of the last frame's landmarks.
+PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map, const std::vector<Observation>& last,
+                               const RigidTransform& predicted, const Frame& frame, const RobustLoss& loss) {
+  PoseEstimate best;
+  for (const double radius : kSearchRadii) {
+    DescriptorSearch search;
+    search.radius = radius;
+    std::vector<PoseObservation> matches;
+    for (const Observation& observation : last) {
+      const Landmark* landmark = map.landmark(observation.landmark);
+      if (!landmark) continue;
+      const auto index = static_cast<std::size_t>(landmark - map.landmarks().data());
+      const auto projected = projectLandmark(camera, map, index, predicted);
+      if (!projected) continue;
+      const int found = searchNear(frame, landmark->descriptor.data(), projected->pixel, projected->scale, search);
+      if (found < 0) continue;
+      const Feature& feature = frame.features[static_cast<std::size_t>(found)];
+      matches.push_back({landmark->position, feature.pixel, frame.pyramid.scale(feature.level)});
+    }
+    PoseEstimate estimate = refinePose(camera, predicted, matches, loss);
+    if (estimate.inliers > best.inliers) best = std::move(estimate);
+    if (best.inliers >= kEnoughForPose && 2 * best.inliers > static_cast<int>(matches.size())) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::vector<Observation>& last,
+                           const RigidTransform& predicted, Frame& frame, const TrackingParams& params) {
+  const PoseEstimate rough = poseFromLastFrame(camera, map, last, predicted, frame, params.loss);
+  if (rough.inliers < params.min_tracked / 2) return {};
+  return trackLocalMap(camera, map, rough.T_camera_world, frame, params);
+}
+
+TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose, Frame& frame,
+                              const TrackingParams& params) {
+  TrackingOutcome outcome;
+  DescriptorSearch search;
+  search.radius = kFallbackRadius;
+  const AlignmentLimits limits;
+  std::vector<Observation> observations;
+  std::vector<PoseObservation> matches;
+  std::vector<std::size_t> in_view;
+  for (std::size_t index = 0; index < map.landmarks().size(); ++index) {
+    const auto projected = projectLandmark(camera, map, index, pose);
+    if (!projected) continue;
+    in_view.push_back(index);
+    auto observation = alignLandmark(camera, map, *projected, frame, projected->pixel, limits);
+    if (!observation) {
+      const Landmark& landmark = map.landmarks()[index];
+      const int found = searchNear(frame, landmark.descriptor.data(), projected->pixel, projected->scale, search);
+      if (found < 0) continue;
+      const Eigen::Vector2d start = frame.features[static_cast<std::size_t>(found)].pixel;
+      observation = alignLandmark(camera, map, *projected, frame, start, limits);
+    }
+    if (!observation) continue;
+    observations.push_back(*observation);
+    matches.push_back({map.landmarks()[index].position, observation->pixel, observation->sigma});
+  }
+  outcome.in_view = static_cast<int>(in_view.size());
+  outcome.estimate = refinePose(camera, pose, matches, params.loss);
+  if (outcome.estimate.inliers < params.min_tracked) return outcome;
+
+  outcome.tracked = true;
+  frame.T_camera_world = outcome.estimate.T_camera_world;
+  frame.observations.clear();
+  for (const std::size_t index : in_view) ++map.landmarks()[index].visible;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!outcome.estimate.inlier[i]) continue;
+    frame.observations.push_back(observations[i]);
+    ++map.landmark(observations[i].landmark)->found;
+  }
+  return outcome;
+}
+
+}  // namespace ratslam

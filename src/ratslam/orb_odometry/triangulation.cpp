@@ -1,0 +1,320 @@
+#include "ratslam/orb_odometry/triangulation.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "ratslam/common/angles.h"
+#include "ratslam/orb_odometry/pose_refinement.h"
+
+namespace ratslam {
+namespace {
+
+constexpr int kRefinementSteps = 5;
+
+/// The feature of `frame` on the epipolar line of `feature`, or -1.
+class EpipolarSearch {
+ public:
+  EpipolarSearch(const CameraModel& camera, const Frame& from, const Frame& to, double max_error)
+      : camera_(camera),
+        from_(from),
+        to_(to),
+        T_to_from_(to.T_camera_world * from.T_camera_world.inverse()),
+        baseline_(T_to_from_.translation.norm()),
+        max_error_(max_error) {}
+
+  double baseline() const { return baseline_; }
+
+  int find(int feature_index, const std::vector<bool>& taken) const {
+    const Feature& feature = from_.features[static_cast<std::size_t>(feature_index)];
+    const Eigen::Vector3d ray = camera_.bearing(feature.pixel);
+    const Eigen::Vector3d far = T_to_from_.rotation * ray;
+    // Anything nearer than a baseline away changes its looks too much to be matched.
+    const Eigen::Vector3d near = T_to_from_ * (kNearest * baseline_ * ray);
+    if (!(far.z() > kMinZ) || !(near.z() > kMinZ * baseline_)) return -1;
+    const Eigen::Vector2d begin = camera_.project(far);
+    const Eigen::Vector2d end = camera_.project(near);
+    const double length = (end - begin).norm();
+    if (!(length < kLongest)) return -1;
+    const Eigen::Vector2d direction = length > 1e-9 ? Eigen::Vector2d((end - begin) / length) : Eigen::Vector2d(1, 0);
+    const double scale = from_.pyramid.scale(feature.level);
+    const double reach = max_error_ * scale;
+
+    Best best;
+    const int steps = 1 + static_cast<int>(length / (2.0 * kStep));
+    for (int step = 0; step < steps; ++step) {
+      const double middle = length * (step + 0.5) / steps;
+      const double half = 0.5 * length / steps;
+      to_.grid.forEachNear(begin + middle * direction, half + reach, [&](int i) {
+        const Feature& candidate = to_.features[static_cast<std::size_t>(i)];
+        const Eigen::Vector2d offset = candidate.pixel - begin;
+        const double along = direction.dot(offset);
+        if (along < middle - half || along > middle + half) {
+          const bool at_end = (step == 0 && along < 0.0 && along > -reach) ||
+                              (step == steps - 1 && along > length && along < length + reach);
+          if (!at_end) return;
+        }
+        if (std::abs(direction.x() * offset.y() - direction.y() * offset.x()) > reach) return;
+        consider(feature_index, i, scale, taken, best);
+      });
+    }
+    return best.feature >= 0 && best.distance <= kMaxRatio * best.second ? best.feature : -1;
+  }
+
+ private:
+  static constexpr double kNearest = 1.5;      // baselines
+  static constexpr double kMinZ = 0.05;        // of the distance: rays nearer to sideways leave any lens
+  static constexpr double kLongest = 400.0;    // of an epipolar segment [px]
+  static constexpr double kStep = 16.0;        // along it [px]
+  static constexpr int kMaxDistance = 60;      // [bits]
+  static constexpr double kMaxRatio = 0.85;
+  static constexpr float kMaxTurn = 30.0F;     // of a feature's direction [deg]
+
+  struct Best {
+    int feature = -1;
+    int distance = kMaxDistance + 1;
+    int second = 256;
+  };
+
+  void consider(int feature_index, int candidate_index, double scale, const std::vector<bool>& taken,
+                Best& best) const {
+    const Feature& feature = from_.features[static_cast<std::size_t>(feature_index)];
+    const Feature& candidate = to_.features[static_cast<std::size_t>(candidate_index)];
+    if (taken[static_cast<std::size_t>(candidate_index)]) return;
+    const double ratio = to_.pyramid.scale(candidate.level) / scale;
+    if (ratio > 1.8 || ratio < 1.0 / 1.8) return;
+    const float turn = std::abs(std::remainder(feature.angle_deg - candidate.angle_deg, 360.0F));
+    if (turn > kMaxTurn) return;
+    const int distance = hammingDistance(from_.descriptor(feature_index), to_.descriptor(candidate_index));
+    const bool same_corner =
+        best.feature >= 0 && (to_.features[static_cast<std::size_t>(best.feature)].pixel - candidate.pixel)
+                                     .squaredNorm() < 9.0 * scale * scale;
+    if (distance < best.distance) {
+      if (!same_corner && best.feature >= 0) best.second = best.distance;
+      best.distance = distance;
+      best.feature = candidate_index;
+    } else if (distance < best.second && !same_corner) {
+      best.second = distance;
+    }
+  }
+
+  const CameraModel& camera_;
+  const Frame& from_;
+  const Frame& to_;
+  RigidTransform T_to_from_;
+  double baseline_;
+  double max_error_;
+};
+
+/// Features that a landmark explains already, or that lie too near to one.
+std::vector<bool> explainedFeatures(const Frame& frame, double spacing) {
+  std::vector<bool> explained(frame.features.size(), false);
+  for (const Observation& observation : frame.observations) {
+    const double radius = spacing * std::min(2.0, std::max(1.0, observation.sigma));
+    frame.grid.forEachNear(observation.pixel, radius, [&](int i) {
+      const Feature& feature = frame.features[static_cast<std::size_t>(i)];
+      if ((feature.pixel - observation.pixel).squaredNorm() < radius * radius) {
+        explained[static_cast<std::size_t>(i)] = true;
+      }
+    });
+  }
+  return explained;
+}
+
+bool reprojectsWithin(const CameraModel& camera, const Eigen::Vector3d& point, const View& view, double max_error) {
+  const Reprojection reprojection = reproject(camera, view.T_camera_world * point, view.pixel);
+  return reprojection.depth > 0.0 && reprojection.error.norm() <= max_error * view.sigma;
+}
+
+/// One feature of the newest keyframe on its way to become a landmark.
+class Candidate {
+ public:
+  Candidate(const CameraModel& camera, const LocalMap& map, int feature)
+      : camera_(camera), map_(map), newest_(*map.keyframes().back().frame), feature_(feature) {
+    const Feature& source = newest_.features[static_cast<std::size_t>(feature)];
+    views_.push_back({newest_.T_camera_world, source.pixel, newest_.pyramid.scale(source.level)});
+    keyframes_.push_back(map.keyframes().back().id);
+  }
+
+  /// Takes a descriptor match as the second view and sharpens it.
+  bool start(const Keyframe& neighbour, int match, const TriangulationParams& params) {
+    const Feature& target = neighbour.frame->features[static_cast<std::size_t>(match)];
+    views_.resize(1);
+    keyframes_.resize(1);
+    views_.push_back({neighbour.frame->T_camera_world, target.pixel, neighbour.frame->pyramid.scale(target.level)});
+    const auto rough = triangulate(camera_, views_);
+    if (!rough || parallax(*rough, views_) < 0.5 * degreesToRadians(params.min_parallax_deg)) return false;
+    point_ = *rough;
+    views_.resize(1);
+    return look(neighbour, target.pixel, 2.0 * params.max_epipolar_error);
+  }
+
+  /// Looks for the patch in one more keyframe, around `expected`.
+  bool look(const Keyframe& neighbour, const Eigen::Vector2d& expected, double max_distance) {
+    const Feature& source = newest_.features[static_cast<std::size_t>(feature_)];
+    const Frame& frame = *neighbour.frame;
+    const RigidTransform T = frame.T_camera_world * newest_.T_camera_world.inverse();
+    const double depth = (newest_.T_camera_world * point_).z();
+    if (!(depth > 0.0) || !((T * (depth * camera_.bearing(source.pixel))).z() > 0.0)) return false;
+    Eigen::Matrix2d warp = predictWarp(camera_, source.pixel, depth, T);
+    if (camera_.model != LensModel::kNone) {
+      warp = camera_.distortJacobian(expected) * warp * camera_.distortJacobian(source.pixel).inverse();
+    }
+    const auto match = alignPatch({&newest_.pyramid, source.raw, source.level}, frame.pyramid,
+                                  camera_.distort(expected), warp, AlignmentLimits{});
+    if (!match) return false;
+    const View view{frame.T_camera_world, camera_.undistort(match->raw), frame.pyramid.scale(match->level)};
+    if ((view.pixel - expected).norm() > max_distance * view.sigma) return false;
+    views_.push_back(view);
+    keyframes_.push_back(neighbour.id);
+    return true;
+  }
+
+  /// Triangulates from all views so far; a view that does not fit is left out.
+  bool settle(const TriangulationParams& params) {
+    auto point = triangulate(camera_, views_);
+    if (!point) return false;
+    for (std::size_t i = views_.size(); i-- > 1;) {
+      if (reprojectsWithin(camera_, *point, views_[i], params.max_error)) continue;
+      if (views_.size() == 2) return false;
+      views_.erase(views_.begin() + static_cast<std::ptrdiff_t>(i));
+      keyframes_.erase(keyframes_.begin() + static_cast<std::ptrdiff_t>(i));
+      point = triangulate(camera_, views_);
+      if (!point) return false;
+    }
+    if (!reprojectsWithin(camera_, *point, views_.front(), params.max_error)) return false;
+    if (parallax(*point, views_) < degreesToRadians(params.min_parallax_deg)) return false;
+    point_ = *point;
+    return true;
+  }
+
+  const Eigen::Vector3d& point() const { return point_; }
+
+  Landmark landmark() const {
+    const Feature& source = newest_.features[static_cast<std::size_t>(feature_)];
+    Landmark made;
+    made.position = point_;
+    std::copy_n(newest_.descriptor(feature_), made.descriptor.size(), made.descriptor.begin());
+    made.reference = made.created = map_.keyframes().back().id;
+    made.reference_raw = source.raw;
+    made.reference_level = source.level;
+    made.visible = made.found = 1;
+    for (std::size_t i = views_.size(); i-- > 0;) {
+      made.observations.push_back({keyframes_[i], views_[i].pixel, views_[i].sigma, 0});
+    }
+    std::sort(made.observations.begin(), made.observations.end(),
+              [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
+    return made;
+  }
+
+ private:
+  const CameraModel& camera_;
+  const LocalMap& map_;
+  const Frame& newest_;
+  int feature_;
+  Eigen::Vector3d point_ = Eigen::Vector3d::Zero();
+  std::vector<View> views_;
+  std::vector<KeyframeId> keyframes_;
+};
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> triangulate(const CameraModel& camera, const std::vector<View>& views) {
+  if (views.size() < 2) return std::nullopt;
+  // Start: the point nearest to all rays, each weighted alike.
+  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const View& view : views) {
+    const RigidTransform T_world_camera = view.T_camera_world.inverse();
+    const Eigen::Vector3d ray = (T_world_camera.rotation * camera.bearing(view.pixel)).normalized();
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
+    hessian += across;
+    right += across * T_world_camera.translation;
+  }
+  const Eigen::LDLT<Eigen::Matrix3d> start(hessian);
+  if (!(start.vectorD().minCoeff() > 1e-9)) return std::nullopt;
+  Eigen::Vector3d point = start.solve(right);
+
+  for (int step = 0; step < kRefinementSteps; ++step) {
+    hessian.setZero();
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    for (const View& view : views) {
+      const Reprojection reprojection = reproject(camera, view.T_camera_world * point, view.pixel);
+      if (!(reprojection.depth > 0.0)) return std::nullopt;
+      const Eigen::Matrix<double, 2, 3> jacobian =
+          reprojection.by_point_in_camera * view.T_camera_world.rotation.toRotationMatrix() / view.sigma;
+      hessian += jacobian.transpose() * jacobian;
+      gradient += jacobian.transpose() * reprojection.error / view.sigma;
+    }
+    const Eigen::Vector3d increment = -hessian.ldlt().solve(gradient);
+    if (!increment.allFinite()) return std::nullopt;
+    point += increment;
+    if (increment.squaredNorm() < 1e-12 * point.squaredNorm()) break;
+  }
+  for (const View& view : views) {
+    if (!((view.T_camera_world * point).z() > 0.0)) return std::nullopt;
+  }
+  return point;
+}
+
+double parallax(const Eigen::Vector3d& point, const std::vector<View>& views) {
+  double smallest_cosine = 1.0;
+  for (std::size_t a = 0; a < views.size(); ++a) {
+    const Eigen::Vector3d ray_a = (point - views[a].T_camera_world.inverse().translation).normalized();
+    for (std::size_t b = a + 1; b < views.size(); ++b) {
+      const Eigen::Vector3d ray_b = (point - views[b].T_camera_world.inverse().translation).normalized();
+      smallest_cosine = std::min(smallest_cosine, ray_a.dot(ray_b));
+    }
+  }
+  return std::acos(std::max(-1.0, smallest_cosine));
+}
+
+int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationParams& params) {
+  if (map.keyframes().size() < 2) return 0;
+  Frame& newest = *map.keyframes().back().frame;
+
+  std::vector<const Keyframe*> neighbours;
+  std::vector<EpipolarSearch> searches;
+  std::vector<std::vector<bool>> taken;
+  const double depth = map.medianDepth(newest.T_camera_world);
+  for (std::size_t i = map.keyframes().size() - 1; i-- > 0;) {
+    if (static_cast<int>(neighbours.size()) >= params.neighbours) break;
+    const Keyframe& neighbour = map.keyframes()[i];
+    EpipolarSearch search(camera, newest, *neighbour.frame, params.max_epipolar_error);
+    if (search.baseline() < 0.005 * depth) continue;
+    neighbours.push_back(&neighbour);
+    searches.push_back(search);
+    taken.push_back(explainedFeatures(*neighbour.frame, 3.0));
+  }
+
+  std::vector<bool> explained = explainedFeatures(newest, params.spacing);
+  int added = 0;
+  for (int feature = 0; feature < static_cast<int>(newest.features.size()) && added < params.max_new; ++feature) {
+    if (explained[static_cast<std::size_t>(feature)]) continue;
+    Candidate candidate(camera, map, feature);
+    bool settled = false;
+    for (std::size_t n = 0; n < neighbours.size() && !settled; ++n) {
+      const int match = searches[n].find(feature, taken[n]);
+      if (match < 0 || !candidate.start(*neighbours[n], match, params)) continue;
+      for (std::size_t other = 0; other < neighbours.size(); ++other) {
+        if (other == n) continue;
+        const Eigen::Vector3d x = neighbours[other]->frame->T_camera_world * candidate.point();
+        if (x.z() > 0.0) candidate.look(*neighbours[other], camera.project(x), params.max_epipolar_error);
+      }
+      settled = candidate.settle(params);
+    }
+    if (!settled) continue;
+    Landmark landmark = candidate.landmark();
+    const LandmarkObservation here = landmark.observations.back();
+    const LandmarkId id = map.addLandmark(std::move(landmark));
+    newest.observations.push_back({id, here.pixel, here.sigma, newest.features[static_cast<std::size_t>(feature)].level});
+    newest.grid.forEachNear(here.pixel, params.spacing, [&](int i) {
+      const Eigen::Vector2d apart = newest.features[static_cast<std::size_t>(i)].pixel - here.pixel;
+      if (apart.squaredNorm() < params.spacing * params.spacing) explained[static_cast<std::size_t>(i)] = true;
+    });
+    ++added;
+  }
+  return added;
+}
+
+}  // namespace ratslam

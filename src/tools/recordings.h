@@ -1,0 +1,21 @@
+// Opens whatever a user may call a recording.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "ratslam/dataset/recording.h"
+
+namespace ratslam {
+
+struct RecordingOptions {
+  std::string image_topic;     ///< of a bag; empty: the only one it has
+  std::string odometry_topic;  ///< of a bag; empty: the only one it has
+  bool with_odometry = false;  ///< hand out the bag's odometry among the images
+};
+
+/// A KITTI sequence folder, an Android recorder's folder or a bag.
+/// @throws std::runtime_error saying what is missing, or what a recording may be
+std::unique_ptr<Recording> openRecording(const std::string& path, const RecordingOptions& options);
+
+}  // namespace ratslam

@@ -1,0 +1,126 @@
+"""Geodesy, OpenRatSLAM configurations and donkey-car tubs."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ratslam_tools import donkey, flat_yaml, geodesy, ini_to_yaml, kitti, kitti_bag
+from ratslam_tools.errors import InputError
+
+STLUCIA = """[general]
+topic_root=stlucia
+
+[draw]
+enable=1
+
+[ratslam]
+image_crop_x_min = 40
+vt_match_threshold = 0.085
+vt_patch_normalisation=0
+pc_cell_x_size = 2.0   # metres
+exp_loops=20
+
+[visual_odometry]
+vtrans_image_x_min = 195
+camera_fov_deg = 53
+"""
+
+
+def test_earth_centred_coordinates_of_known_points():
+    np.testing.assert_allclose(geodesy.ecef(0.0, 0.0, 0.0), [6378137.0, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(geodesy.ecef(90.0, 0.0, 10.0), [0, 0, 6356752.314245 + 10], atol=1e-5)
+    np.testing.assert_allclose(geodesy.ecef(0.0, 90.0, -5.0), [0, 6378132.0, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("latitude, metres_north, metres_east", [
+    (0.0, 110574.3, 111319.5), (45.0, 111131.8, 78846.8), (60.0, 111412.2, 55800.0)])
+def test_lengths_of_a_degree(latitude, metres_north, metres_east):
+    """Lengths of a degree on WGS-84 as tabulated by the National Geospatial-Intelligence Agency."""
+    step = 1e-3
+    north = geodesy.local_enu([latitude + step / 2], [82.9], [0.0], (latitude - step / 2, 82.9, 0.0))[0]
+    east = geodesy.local_enu([latitude], [82.9 + step], [0.0], (latitude, 82.9, 0.0))[0]
+    assert north[1] / step == pytest.approx(metres_north, rel=2e-6) and abs(north[0]) < 1e-6
+    assert east[0] / step == pytest.approx(metres_east, rel=2e-5) and abs(east[2]) < 1e-2
+    up = geodesy.local_enu([latitude], [82.9], [7.0], (latitude, 82.9, 0.0))[0]
+    np.testing.assert_allclose(up, [0, 0, 7], atol=1e-6)
+
+
+def test_mercator_agrees_with_the_ellipsoid_near_its_latitude():
+    x, y = geodesy.mercator(np.array([49.0, 49.001]), np.array([8.4, 8.402]), 49.0)
+    enu = geodesy.local_enu([49.001], [8.402], [0.0], (49.0, 8.4, 0.0))[0]
+    np.testing.assert_allclose([x[1] - x[0], y[1] - y[0]], enu[:2], rtol=4e-3)
+
+
+def test_openratslam_configuration(tmp_path, run):
+    (tmp_path / "config.txt").write_text(STLUCIA)
+    result = run("ini_to_yaml", tmp_path / "config.txt", tmp_path / "out.yaml")
+    assert result.returncode == 0 and "[draw] is left out" in result.stderr
+    assert flat_yaml.read(str(tmp_path / "out.yaml")) == {
+        "topic_root": "stlucia", "image_crop_x_min": "40", "vt_match_threshold": "0.085", "vt_patch_normalise": "0",
+        "pc_cell_x_size": "2.0", "exp_loops": "20", "vtrans_image_x_min": "195", "camera_fov_deg": "53"}
+
+
+@pytest.mark.parametrize("change, words", [
+    (("exp_loops=20", "exp_loops=many"), "not a number"), (("vt_patch_normalisation", "vt_patch_normalise=1\nvt_patch_normalisation"),
+                                                           "given twice"),
+    ((STLUCIA, "[other]\na=1\n"), "none of the sections"), ((STLUCIA, "just text\n"), "not an ini file")])
+def test_configurations_that_are_none(tmp_path, change, words):
+    (tmp_path / "config.txt").write_text(STLUCIA.replace(*change))
+    with pytest.raises(InputError, match=words):
+        ini_to_yaml.convert(str(tmp_path / "config.txt"))
+
+
+def test_unknown_keys_are_reported(tmp_path, run, fails):
+    (tmp_path / "config.txt").write_text(STLUCIA.replace("exp_loops", "exp_lops"))
+    result = run("ini_to_yaml", tmp_path / "config.txt")
+    assert result.returncode == 0 and "exp_lops is unknown" in result.stderr and "exp_lops" not in result.stdout
+    assert "exp_lops" in fails("ini_to_yaml", tmp_path / "config.txt", "--strict")
+
+
+def tub(path, angle, throttle, count=100):
+    (path / "images").mkdir(parents=True)
+    records = []
+    for index in range(count):
+        name = f"{index}_cam_image_array_.jpg"
+        (path / "images" / name).write_bytes(b"jpeg")
+        records.append(json.dumps({"_index": index, "_timestamp_ms": 1669759744666 + 50 * index, "cam/image_array": name,
+                                   "user/angle": angle, "user/throttle": throttle}))
+    (path / "catalog_0.catalog").write_text("\n".join(records[:60]) + "\n")
+    (path / "catalog_1.catalog").write_text("\n".join(records[60:]) + "\n")
+
+
+def test_a_steady_command_drives_a_circle(tmp_path):
+    tub(tmp_path / "tub", angle=-1.0, throttle=0.5)
+    out = tmp_path / "out"
+    donkey.main([str(tmp_path / "tub"), str(out), "--run", "10:89", "--wheelbase", "0.3", "--max_steering_deg", "20",
+                 "--steering_trim", "0", "--speed_per_throttle", "4"])
+    drive = kitti.read_sequence(str(out))
+    assert len(drive.images) == 80 and drive.stamps_ns[1] == 50000000
+    rows = kitti_bag.read_odometry(str(out / "odometry.csv"))
+    np.testing.assert_array_equal(rows[0], 0)
+    np.testing.assert_allclose(rows[1:, 2], 2.0)
+    np.testing.assert_allclose(rows[1:, 3], 2.0 * np.tan(np.radians(20)) / 0.3)
+    with pytest.raises(InputError, match="not empty"):
+        donkey.main([str(tmp_path / "tub"), str(out)])
+
+
+def test_commands_take_their_time():
+    stamps = np.arange(0, 10, 0.05)
+    step = (stamps >= 2).astype(float)
+    response = donkey.first_order_lag(stamps, step, 0.5)
+    assert response[stamps < 2].max() == 0
+    assert np.interp(2.45, stamps, response) == pytest.approx(1 - np.exp(-1), abs=0.01)
+
+
+@pytest.mark.parametrize("text", ["5", "9:3", "a:b", "-1:4"])
+def test_runs_that_are_none(text):
+    with pytest.raises(InputError, match="--run"):
+        donkey.parse_run(text)
+
+
+def test_truth_of_the_clip_is_read_in_base_axes(data):
+    drive = kitti.read_sequence(data("kitti_00"))
+    assert len(drive.truth) == 1700 and drive.stamps_ns[1] == 103735900
+    assert drive.truth.path_length()[-1] == pytest.approx(1263, abs=1)
+    assert np.ptp(drive.truth.positions[:, 2]) < 25 < np.ptp(drive.truth.positions[:, 0])

@@ -1,0 +1,245 @@
+"""Run folders: reading, pictures, report, sweep and the paper's figures, with a stand-in for ratslam_run."""
+
+import csv
+import json
+import os
+import re
+import signal
+import stat
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from conftest import SCRIPTS
+from ratslam_tools import frames, paper, plot_run, report, run_figures, run_folder, runner, sweep, truth
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import Trajectory, write_kitti, write_tum
+
+FAKE = """#!{python}
+import os, shutil, sys, time
+words = sys.argv[1:]
+out = words[words.index("--out") + 1]
+values = dict(word.split("=") for before, word in zip(words, words[1:]) if before == "--set")
+with open({log!r}, "a") as log:
+    log.write(" ".join(words) + "\\n")
+if values.get("fail") == "1":
+    sys.exit("fail: 1 is not allowed: 0")
+time.sleep(float(values.get("sleep", 0)))
+for name in os.listdir({run!r}):
+    shutil.copy(os.path.join({run!r}, name), out)
+bend = abs(float(values.get("pc_vt_inject_energy", 0.2)) - 0.2)
+path = os.path.join(out, "trajectory_final.tum")
+lines = [line.split() for line in open(path)]
+with open(path, "w") as file:
+    for line in lines:
+        line[2] = str(float(line[2]) + bend * float(line[0]) ** 2)
+        file.write(" ".join(line) + "\\n")
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, drive):
+    """A run folder whose final trajectory is the truth, moved, and whose online one has drifted; and the truth."""
+    path = tmp_path / "run"
+    path.mkdir()
+    known = drive()
+    write_tum(tmp_path / "truth.tum", known)
+    write_tum(path / "trajectory_final.tum", known.transformed(np.eye(3), [10.0, 0.0, 0.0]))
+    drift = np.outer(known.stamps, [0.0, 0.3, 0.0])
+    write_tum(path / "trajectory_online.tum", Trajectory(known.positions + drift, known.rotations, known.stamps))
+    with open(path / "map.yaml", "w", encoding="utf-8") as file:
+        file.write("version: 1\nnodes:\n")
+        for i, position in enumerate(known.positions):
+            file.write(f"- {{id: {i}, stamp: {0.1 * i:.9f}, x: {position[0] + 10:.9f}, y: {position[1]:.9f}, z: 0.0, th: 0.5, "
+                       f"log_scale: 0.0, view_id: {i}}}\n")
+        file.write("links:\n")
+        for i in range(len(known) - 1):
+            file.write(_link(i, i, i + 1, "odometry"))
+        file.write(_link(999, 150, 3, "recall"))
+    with open(path / "templates.csv", "w", encoding="utf-8") as file:
+        file.write("stamp,template_id,error,relative_rad\n")
+        file.writelines(f"{0.1 * i},{i if i < 150 else i - 150},{0.05 if i else -1},0\n" for i in range(200))
+    with open(path / "actions.csv", "w", encoding="utf-8") as file:
+        file.write("stamp,action,src_id,dest_id,x,y,th\n")
+        file.writelines(f"{0.1 * i},{1 if i < 150 else 2},{i},{i if i < 150 else i - 150},5,6,7\n" for i in range(200))
+    summary = {"version": "0.1.0", "parameters": {"pc_dim_xy": 30, "topic_root": "<kitti> & co"},
+               "timing": {"local_view": {"mean_ms": 1.25}, "pose_cells": 2.5}}
+    (path / "summary.json").write_text(json.dumps(summary))
+    return path
+
+
+def _link(number, start, end, kind):
+    return (f"- {{id: {number}, from: {start}, to: {end}, kind: {kind}, distance: 0.8, heading_rad: 0.0, facing_rad: 0.0, "
+            "duration_s: 0.1}\n")
+
+
+@pytest.fixture
+def program(tmp_path, folder):
+    """A stand-in for ratslam_run that copies the run folder and bends its final trajectory; and its log of calls."""
+    path = tmp_path / "fake_run"
+    path.write_text(FAKE.format(python=sys.executable, log=str(tmp_path / "calls"), run=str(folder)))
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return path
+
+
+def calls(program):
+    log = program.parent / "calls"
+    return log.read_text().splitlines() if log.exists() else []
+
+
+def test_map_is_read_whole(folder):
+    found = run_folder.read_map(str(folder / "map.yaml"))
+    assert len(found.nodes["id"]) == 200 and len(found.ends) == 200
+    np.testing.assert_array_equal(found.loop_ends, [[150, 3]])
+    assert found.nodes["x"][1] == pytest.approx(10.8, abs=0.05) and found.links["duration_s"][0] == 0.1
+
+
+@pytest.mark.parametrize("find, put, words", [
+    ("to: 3,", "to: 777,", "node 777, which is not there"), ("z: 0.0", "z: nan", "NaN"), ("x: 10.8", "x: far", "could not"),
+    ("- {id: 1, stamp", "- {id: 0, stamp", "twice"), ("th: 0.5", "tau: 0.5", "has no th"), ("nodes:\n", "", "outside")])
+def test_broken_maps_are_named(folder, find, put, words):
+    text = (folder / "map.yaml").read_text()
+    assert find in text
+    (folder / "map.yaml").write_text(text.replace(find, put))
+    with pytest.raises(InputError, match=words):
+        run_folder.read_map(str(folder / "map.yaml"))
+
+
+def test_picture_is_aligned_to_the_truth(folder, tmp_path):
+    aligned = run_figures.map_picture(str(folder), str(tmp_path / "map.png"), truth.read_truth(str(tmp_path / "truth.tum")))
+    online, final = aligned.results
+    assert final.errors.max() < 1e-5 and online.errors.mean() > 0.1
+    np.testing.assert_allclose(aligned.paths["final"], aligned.truth.positions, atol=1e-4)
+    np.testing.assert_allclose(aligned.nodes[:, :2], aligned.truth.positions[:, :2], atol=0.2)
+    assert (tmp_path / "map.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_plot_run_without_truth_and_with_half_the_files(folder, capsys):
+    for name in ("summary.json", "actions.csv", "map.yaml", "trajectory_online.tum"):
+        (folder / name).unlink()
+    plot_run.main([str(folder)])
+    assert (folder / "run.png").stat().st_size > 10000 and "APE" not in capsys.readouterr().out
+
+
+def test_folders_that_are_no_run(tmp_path):
+    with pytest.raises(InputError, match="no trajectory_final.tum"):
+        plot_run.main([str(tmp_path)])
+    with pytest.raises(InputError, match="no such folder"):
+        plot_run.main([str(tmp_path / "absent")])
+
+
+def test_report_holds_everything_and_fetches_nothing(folder, tmp_path):
+    report.main([str(folder), "--truth", str(tmp_path / "truth.tum")])
+    text = (folder / "report.html").read_text()
+    assert text.count("data:image/png;base64,") == 7
+    assert not re.search(r"(src|href)=\"(?!data:)", text) and "@import" not in text and "url(" not in text
+    assert "&lt;kitti&gt; &amp; co" in text and "<kitti>" not in text
+    assert "pc_dim_xy" in text and "100.0 %" in text and "@media print" in text
+
+
+@pytest.mark.parametrize("layout", ["beside", "benchmark"])
+def test_truth_finds_its_times(tmp_path, drive, layout):
+    known = drive()
+    poses = tmp_path / ("poses.txt" if layout == "beside" else "poses/04.txt")
+    times = tmp_path / ("times.txt" if layout == "beside" else "sequences/04/times.txt")
+    for path in (poses, times):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_kitti(poses, frames.convert(known, "base", "camera"))
+    np.savetxt(times, known.stamps)
+    found = truth.read_truth(str(poses))
+    np.testing.assert_allclose(found.positions, known.positions, atol=1e-6)
+    times.unlink()
+    with pytest.raises(InputError, match="give --times"):
+        truth.read_truth(str(poses))
+
+
+@pytest.mark.parametrize("text, values", [
+    ("k=0.05:0.2:0.05", ["0.05", "0.1", "0.15", "0.2"]), ("k=1:1:3", ["1"]), ("k=a,b", ["a", "b"]), ("k=0:1:0.3", None)])
+def test_ranges(text, values):
+    found = sweep.parse_vary(text)[1]
+    assert found == (values or ["0", "0.3", "0.6", "0.9"])
+
+
+@pytest.mark.parametrize("text", ["k", "=1", "k=", "k=1,,2", "k=1,1", "k=1:2", "k=2:1:0.1", "k=1:2:0", "k=1:2:-1", "k=0:1:x",
+                                  "k=0:1:1e-9", "k=0:inf:1"])
+def test_ranges_that_are_none(text):
+    with pytest.raises(InputError, match="--vary"):
+        sweep.parse_vary(text)
+
+
+def sweep_words(program, tmp_path, *vary):
+    words = ["input", "--config", "c.yaml", "--truth", str(tmp_path / "truth.tum"), "--out", str(tmp_path / "out"),
+             "--ratslam_run", str(program), "--jobs", "2"]
+    return words + [word for text in vary for word in ("--vary", text)]
+
+
+def test_sweep_finds_the_optimum_and_does_not_repeat_itself(program, tmp_path, capsys):
+    words = sweep_words(program, tmp_path, "pc_vt_inject_energy=0.1:0.3:0.1", "other=1,2")
+    sweep.main(words)
+    assert len(calls(program)) == 6
+    assert all("--config c.yaml" in call and "--set other=" in call for call in calls(program))
+    assert "pc_vt_inject_energy=0.2" in capsys.readouterr().out
+    with open(tmp_path / "out" / "sweep.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 6 and {row["final_coverage"] for row in rows} == {"1.0"}
+    assert min(rows, key=lambda row: float(row["final_mean"]))["pc_vt_inject_energy"] == "0.2"
+    for key in ("pc_vt_inject_energy", "other"):
+        assert (tmp_path / "out" / f"ape_over_{key}.png").exists()
+    sweep.main(words[:-1] + ["other=1,2,3"])
+    assert len(calls(program)) == 9
+
+
+def test_sweep_goes_on_after_failures_and_says_so(program, tmp_path):
+    with pytest.raises(InputError, match="1 of 2 runs failed.*fail: 1 is not allowed: 0"):
+        sweep.main(sweep_words(program, tmp_path, "fail=0,1"))
+    assert len((tmp_path / "out" / "sweep.csv").read_text().splitlines()) == 2
+    with pytest.raises(InputError, match="all 1 runs failed"):
+        sweep.main(sweep_words(program, tmp_path, "fail=1"))
+
+
+def test_interrupted_sweep_keeps_what_is_done_and_only_that(program, tmp_path):
+    words = sweep_words(program, tmp_path, "sleep=0,0.01,60,61")
+    process = subprocess.Popen([sys.executable, os.path.join(SCRIPTS, "sweep"), *words], stderr=subprocess.PIPE)
+    runs = tmp_path / "out" / "runs"
+    deadline = time.monotonic() + 60
+    while len(calls(program)) < 4 or not (runs / "sleep=0.01" / "result.json").exists():
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, messages = process.communicate(timeout=30)
+    assert process.returncode == 130 and b"Traceback" not in messages
+    assert sorted(path.parent.name for path in runs.glob("*/result.json")) == ["sleep=0", "sleep=0.01"]
+
+
+def test_runner_is_looked_for_and_its_absence_explained(tmp_path, monkeypatch, program):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    program.rename(tmp_path / "ratslam_run")
+    assert runner.find() == str(tmp_path / "ratslam_run")
+    with pytest.raises(InputError, match="not an executable file"):
+        runner.find(str(tmp_path / "truth.tum"))
+
+
+def test_paper_table_and_figures(program, tmp_path, drive, capsys):
+    sequence = tmp_path / "kitti" / "sequences" / "00"
+    sequence.mkdir(parents=True)
+    (tmp_path / "kitti" / "poses").mkdir()
+    write_kitti(tmp_path / "kitti" / "poses" / "00.txt", frames.convert(drive(), "base", "camera"))
+    np.savetxt(sequence / "times.txt", drive().stamps)
+    for name in ("kitti.yaml", "kitti_orb.yaml"):
+        (tmp_path / name).write_text("")
+    words = [str(tmp_path / "kitti"), "--sequences", "00", "--out", str(tmp_path / "paper"), "--ratslam_run", str(program),
+             "--config_dir", str(tmp_path), "--inject_energy", "0.1,0.2", "--cell_size", "1,2"]
+    paper.main(words)
+    table = capsys.readouterr().out
+    assert "42.17" in table and "39.81" in table and "coverage" in table
+    for name in ("table.txt", "fig5_00.png", "fig6_00_orb.png", "fig7_00_orb.png"):
+        assert (tmp_path / "paper" / name).exists()
+    assert sum("--odometry orb" in call for call in calls(program)) == 5
+    assert sum("--odometry profile" in call for call in calls(program)) == 1
+    paper.main(words)
+    assert len(calls(program)) == 6
+    with pytest.raises(InputError, match="--sequences: 09"):
+        paper.main([words[0], "--sequences", "09"] + words[3:])
