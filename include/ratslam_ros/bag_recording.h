@@ -10,6 +10,7 @@
 #include <string>
 
 #include "ratslam/dataset/recording.h"
+#include "ratslam/orb_odometry/camera_model.h"
 
 namespace ratslam {
 
@@ -31,6 +32,10 @@ class BagRecording : public Recording {
   std::size_t imageCount() const override { return image_count_; }
 
   const BagTopics& topics() const { return topics_; }
+
+  /// Calibration in the first camera_info message beside the images, where there is one.
+  /// @throws std::invalid_argument where that message holds none
+  std::optional<CameraModel> camera() const;
 
  private:
   std::string path_;

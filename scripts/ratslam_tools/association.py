@@ -1,4 +1,6 @@
-"""Which pose of the estimate belongs to which pose of the reference, and the alignment of the one to the other."""
+"""Which pose of the estimate belongs to which pose of the reference, and the alignment of the one to the
+other.
+"""
 
 from typing import Optional, Tuple
 
@@ -12,8 +14,11 @@ MIN_MATCHES = 3
 MAX_STAMP_DIFFERENCE_S = 0.01
 
 
-def match_stamps(first: np.ndarray, second: np.ndarray, max_difference: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Index arrays of the stamps (both sorted) that are each other's partner: nearest, within `max_difference` [s], one to one.
+def match_stamps(
+    first: np.ndarray, second: np.ndarray, max_difference: float
+) -> Tuple[np.ndarray, np.ndarray]:
+    """Index arrays of the stamps (both sorted) that are each other's partner: nearest, within
+    `max_difference` [s], one to one.
 
     The shorter list seeks its nearest stamps in the longer one; where two seek the same, the nearer has it.
     """
@@ -32,33 +37,49 @@ def match_stamps(first: np.ndarray, second: np.ndarray, max_difference: float) -
     return rows, nearest[rows]
 
 
-def associate(reference: Trajectory, estimate: Trajectory, max_difference: float = MAX_STAMP_DIFFERENCE_S,
-              offset: float = 0.0) -> Tuple[Trajectory, Trajectory]:
+def associate(
+    reference: Trajectory,
+    estimate: Trajectory,
+    max_difference: float = MAX_STAMP_DIFFERENCE_S,
+    offset: float = 0.0,
+) -> Tuple[Trajectory, Trajectory]:
     """The matched poses of both, of equal length: by stamp, or by number where neither has stamps.
 
     @param offset [s] added to the estimate's stamps.
-    @throws InputError when they cannot be matched, match in fewer than 3 poses, or all lie at one point; and when a match falls
-        on a stamp that the reference has twice (elsewhere in the reference a repeated stamp changes nothing).
+    @throws InputError when they cannot be matched, match in fewer than 3 poses, or all lie at one point; and
+        when a match falls on a stamp that the reference has twice (elsewhere in the reference a repeated
+        stamp changes nothing).
     """
     if (reference.stamps is None) != (estimate.stamps is None):
         missing, other = (reference, estimate) if reference.stamps is None else (estimate, reference)
-        raise InputError(f"{missing.name} has no stamps and {other.name} has: give --times, the file with their times")
+        raise InputError(
+            f"{missing.name} has no stamps and {other.name} has: give --times, the file with their times"
+        )
     if reference.stamps is None:
         if len(reference) != len(estimate):
-            raise InputError(f"{reference.name} has {len(reference)} poses and {estimate.name} {len(estimate)}: files without "
-                             "stamps are matched line by line and must be equally long")
+            raise InputError(
+                f"{reference.name} has {len(reference)} poses and {estimate.name} {len(estimate)}: files "
+                f"without "
+                "stamps are matched line by line and must be equally long"
+            )
     else:
         rows, other_rows = match_stamps(reference.stamps, estimate.stamps + offset, max_difference)
         count = len(rows)
         if count < MIN_MATCHES:
             raise InputError(
-                f"{estimate.name}: {count} poses match {reference.name} within {max_difference:g} s; at least {MIN_MATCHES} "
-                f"are needed (stamps {estimate.stamps[0] + offset:.3f} to {estimate.stamps[-1] + offset:.3f} against "
-                f"{reference.stamps[0]:.3f} to {reference.stamps[-1]:.3f})")
+                f"{estimate.name}: {count} poses match {reference.name} within {max_difference:g} s; at "
+                f"least {MIN_MATCHES} "
+                f"are needed (stamps {estimate.stamps[0] + offset:.3f} to "
+                f"{estimate.stamps[-1] + offset:.3f} against "
+                f"{reference.stamps[0]:.3f} to {reference.stamps[-1]:.3f})"
+            )
         repeated = rows[np.isin(reference.stamps[rows], reference.stamps[1:][np.diff(reference.stamps) == 0])]
         if len(repeated):
-            raise InputError(f"{reference.name}: the stamp {reference.stamps[repeated[0]]:.9f} repeats, so that the pose to "
-                             f"compare with {estimate.name} is ambiguous")
+            raise InputError(
+                f"{reference.name}: the stamp {reference.stamps[repeated[0]]:.9f} repeats, so that the pose "
+                f"to "
+                f"compare with {estimate.name} is ambiguous"
+            )
         reference, estimate = reference.select(rows), estimate.select(other_rows)
     if len(reference) < MIN_MATCHES:
         raise InputError(f"{estimate.name}: {len(reference)} poses; at least {MIN_MATCHES} are needed")
@@ -79,9 +100,15 @@ class Alignment:
         return trajectory.transformed(self.rotation, self.translation, self.scale)
 
 
-def fit_alignment(reference: Trajectory, estimate: Trajectory, align: bool, correct_scale: bool,
-                  n_to_align: Optional[int] = None) -> Alignment:
-    """Alignment of matched trajectories: rigid (align), similarity (both), scale about the origin (correct_scale), or none.
+def fit_alignment(
+    reference: Trajectory,
+    estimate: Trajectory,
+    align: bool,
+    correct_scale: bool,
+    n_to_align: Optional[int] = None,
+) -> Alignment:
+    """Alignment of matched trajectories: rigid (align), similarity (both), scale about the origin
+    (correct_scale), or none.
 
     @param n_to_align only the first so many poses decide; all without it.
     """
@@ -92,8 +119,13 @@ def fit_alignment(reference: Trajectory, estimate: Trajectory, align: bool, corr
     rows = slice(0, n_to_align)
     for trajectory in (reference, estimate):
         if np.ptp(trajectory.positions[rows], axis=0).max() < 1e-9:
-            raise InputError(f"{trajectory.name}: the first {n_to_align} matched poses lie at one point: nothing to align by")
-    rotation, translation, scale = geometry.umeyama(reference.positions[rows], estimate.positions[rows], correct_scale)
+            raise InputError(
+                f"{trajectory.name}: the first {n_to_align} matched poses lie at one point: nothing to "
+                f"align by"
+            )
+    rotation, translation, scale = geometry.umeyama(
+        reference.positions[rows], estimate.positions[rows], correct_scale
+    )
     if not align:
         rotation, translation = np.eye(3), np.zeros(3)
     return Alignment(rotation, translation, scale)

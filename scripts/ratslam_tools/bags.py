@@ -1,4 +1,6 @@
-"""Reading from and writing to rosbags. The only module that needs ROS (python3-rosbag and the message packages)."""
+"""Reading from and writing to rosbags. The only module that needs ROS (python3-rosbag and the message
+packages).
+"""
 
 import os
 from contextlib import contextmanager
@@ -14,7 +16,9 @@ MIN_RECORD_TIME_NS = 1000
 
 
 def open_bag(path: str, mode: str = "r"):
-    """An open rosbag.Bag. @throws InputError for a file that is no whole bag, or without ROS's Python packages."""
+    """An open rosbag.Bag. @throws InputError for a file that is no whole bag, or without ROS's Python
+    packages.
+    """
     try:
         import rosbag
     except ImportError as error:
@@ -22,7 +26,9 @@ def open_bag(path: str, mode: str = "r"):
     try:
         return rosbag.Bag(path, mode)
     except rosbag.ROSBagUnindexedException:
-        raise InputError(f"{path}: the bag has no index (its recording was cut off); run: rosbag reindex {path}") from None
+        raise InputError(
+            f"{path}: the bag has no index (its recording was cut off); run: rosbag reindex {path}"
+        ) from None
     except (rosbag.ROSBagException, OSError) as error:
         raise InputError(f"{path}: not a readable bag: {error}") from None
 
@@ -40,8 +46,9 @@ def _pose_of(message):
 def read_trajectory_topic(path: str, topic: str) -> Trajectory:
     """The poses of a topic by header stamp.
 
-    Odometry, PoseStamped, PoseWithCovarianceStamped and TransformStamped give one pose a message; of nav_msgs/Path the last
-    message counts. @throws InputError naming the topics there are, if it is missing or carries no poses.
+    Odometry, PoseStamped, PoseWithCovarianceStamped and TransformStamped give one pose a message; of
+    nav_msgs/Path the last message counts. @throws InputError naming the topics there are, if it is missing or
+    carries no poses.
     """
     messages = []
     with open_bag(path) as bag:
@@ -67,7 +74,9 @@ def read_trajectory_topic(path: str, topic: str) -> Trajectory:
 
 @contextmanager
 def writing(path: str):
-    """A bag to write to; it appears under its name only when complete, so that an interruption leaves no half bag."""
+    """A bag to write to; it appears under its name only when complete, so that an interruption leaves no half
+    bag.
+    """
     part = path + ".part"
     os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
     bag = open_bag(part, "w")
@@ -90,9 +99,9 @@ def ros_time(stamp_ns: int):
     """genpy.Time of nanoseconds. @throws InputError for a time that ROS cannot hold."""
     import genpy
 
-    if not 0 <= stamp_ns < 2 ** 32 * 10 ** 9:
+    if not 0 <= stamp_ns < 2**32 * 10**9:
         raise InputError(f"the stamp {stamp_ns * 1e-9:.9f} s lies outside what ROS can hold (0 to 2^32 s)")
-    return genpy.Time(stamp_ns // 10 ** 9, stamp_ns % 10 ** 9)
+    return genpy.Time(stamp_ns // 10**9, stamp_ns % 10**9)
 
 
 def header(stamp_ns: int, frame_id: str, seq: int = 0):
@@ -113,14 +122,24 @@ def static_transform(stamp_ns: int, parent: str, child: str, rotation, translati
 
 
 def camera_info(head, width: int, height: int, matrix, projection=None, distortion=(0.0,) * 5):
-    """sensor_msgs/CameraInfo, plumb_bob; matrix (3, 3) [px], distortion k1 k2 p1 p2 k3, projection (3, 4) [px]."""
+    """sensor_msgs/CameraInfo, plumb_bob; matrix (3, 3) [px], distortion k1 k2 p1 p2 k3, projection (3, 4)
+    [px].
+    """
     from sensor_msgs.msg import CameraInfo
 
     matrix = np.asarray(matrix, dtype=float)
     if projection is None:
         projection = np.hstack([matrix, np.zeros((3, 1))])
-    return CameraInfo(header=head, width=width, height=height, distortion_model="plumb_bob", D=list(distortion),
-                      K=matrix.ravel().tolist(), R=np.eye(3).ravel().tolist(), P=np.ravel(projection).tolist())
+    return CameraInfo(
+        header=head,
+        width=width,
+        height=height,
+        distortion_model="plumb_bob",
+        D=list(distortion),
+        K=matrix.ravel().tolist(),
+        R=np.eye(3).ravel().tolist(),
+        P=np.ravel(projection).tolist(),
+    )
 
 
 def raw_image(head, image: np.ndarray):
@@ -129,8 +148,15 @@ def raw_image(head, image: np.ndarray):
 
     height, width = image.shape[:2]
     channels = 1 if image.ndim == 2 else image.shape[2]
-    return Image(header=head, height=height, width=width, encoding="mono8" if channels == 1 else "bgr8", is_bigendian=0,
-                 step=width * channels, data=np.ascontiguousarray(image).tobytes())
+    return Image(
+        header=head,
+        height=height,
+        width=width,
+        encoding="mono8" if channels == 1 else "bgr8",
+        is_bigendian=0,
+        step=width * channels,
+        data=np.ascontiguousarray(image).tobytes(),
+    )
 
 
 def compressed_image(head, path: str):
@@ -138,7 +164,9 @@ def compressed_image(head, path: str):
     from sensor_msgs.msg import CompressedImage
 
     with open(path, "rb") as file:
-        return CompressedImage(header=head, format="png" if path.lower().endswith(".png") else "jpeg", data=file.read())
+        return CompressedImage(
+            header=head, format="png" if path.lower().endswith(".png") else "jpeg", data=file.read()
+        )
 
 
 def odometry_message(head, child: str, position, quaternion, linear, angular):
@@ -155,7 +183,9 @@ def odometry_message(head, child: str, position, quaternion, linear, angular):
 
 
 def ground_truth_messages(trajectory: Trajectory, stamps_ns, frame_id: str = "world"):
-    """One Odometry a pose (base convention, child base_link); the twist is that of the step that led to the pose."""
+    """One Odometry a pose (base convention, child base_link); the twist is that of the step that led to the
+    pose.
+    """
     quaternions = geometry.quaternions_from_matrices(trajectory.rotations)
     linear = np.zeros((len(trajectory), 3))
     angular = np.zeros((len(trajectory), 3))
@@ -164,5 +194,11 @@ def ground_truth_messages(trajectory: Trajectory, stamps_ns, frame_id: str = "wo
     linear[1:] = geometry.rotate(inverse, np.diff(trajectory.positions, axis=0)) / seconds[:, None]
     angular[1:] = geometry.rotation_vectors(inverse @ trajectory.rotations[1:]) / seconds[:, None]
     for index, stamp_ns in enumerate(stamps_ns):
-        yield stamp_ns, odometry_message(header(stamp_ns, frame_id, index), "base_link", trajectory.positions[index],
-                                         quaternions[index], linear[index], angular[index])
+        yield stamp_ns, odometry_message(
+            header(stamp_ns, frame_id, index),
+            "base_link",
+            trajectory.positions[index],
+            quaternions[index],
+            linear[index],
+            angular[index],
+        )

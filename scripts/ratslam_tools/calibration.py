@@ -15,10 +15,10 @@ DISTORTION = ("k1", "k2", "p1", "p2", "k3")
 class Calibration:
     """Pinhole camera with plumb_bob distortion."""
 
-    width: int                # [px]
+    width: int  # [px]
     height: int
-    matrix: np.ndarray        # (3, 3) [px]
-    distortion: tuple         # k1, k2, p1, p2, k3
+    matrix: np.ndarray  # (3, 3) [px]
+    distortion: tuple  # k1, k2, p1, p2, k3
 
 
 def read(path: str) -> Calibration:
@@ -40,5 +40,9 @@ def read(path: str) -> Calibration:
         if key in ("fx", "fy", "image_width", "image_height") and values[key] <= 0:
             raise InputError(f"{path}: {key}: {text} is not allowed: above 0")
     matrix = np.array([[values["fx"], 0, values["cx"]], [0, values["fy"], values["cy"]], [0, 0, 1]])
-    return Calibration(int(values["image_width"]), int(values["image_height"]), matrix,
-                       tuple(values.get(key, 0.0) for key in DISTORTION))
+    return Calibration(
+        int(values["image_width"]),
+        int(values["image_height"]),
+        matrix,
+        tuple(values.get(key, 0.0) for key in DISTORTION),
+    )

@@ -14,16 +14,20 @@ class Settings:
     align: bool = False
     correct_scale: bool = False
     n_to_align: Optional[int] = None
-    t_max_diff: float = association.MAX_STAMP_DIFFERENCE_S   # [s]
-    t_offset: float = 0.0                                    # [s]
-    ref_frame: Optional[str] = None                          # base | camera; None: left as it is
+    t_max_diff: float = association.MAX_STAMP_DIFFERENCE_S  # [s]
+    t_offset: float = 0.0  # [s]
+    ref_frame: Optional[str] = None  # base | camera; None: left as it is
     est_frame: Optional[str] = None
-    plane: Optional[str] = None                              # xy | xz | yz
+    plane: Optional[str] = None  # xy | xz | yz
 
     def describe(self) -> str:
         """The alignment in words."""
-        words = {(False, False): "not aligned", (True, False): "aligned (rotation, translation)",
-                 (False, True): "scaled about the origin", (True, True): "aligned (rotation, translation, scale)"}
+        words = {
+            (False, False): "not aligned",
+            (True, False): "aligned (rotation, translation)",
+            (False, True): "scaled about the origin",
+            (True, True): "aligned (rotation, translation, scale)",
+        }
         text = words[self.align, self.correct_scale]
         if self.n_to_align is not None and (self.align or self.correct_scale):
             text += f" by the first {self.n_to_align} poses"
@@ -37,8 +41,8 @@ class Comparison:
     reference: Trajectory
     estimate: Trajectory
     alignment: association.Alignment
-    reference_poses: int        # in the whole reference
-    convention: Optional[str]   # of the reference, as compared
+    reference_poses: int  # in the whole reference
+    convention: Optional[str]  # of the reference, as compared
 
     @property
     def coverage(self) -> float:
@@ -49,7 +53,8 @@ class Comparison:
 def compare(reference: Trajectory, estimate: Trajectory, settings: Settings, needs_body: bool) -> Comparison:
     """Converts, matches, projects and aligns.
 
-    @param needs_body the errors to be taken depend on the body axes (RPE, or any rotation): both must then share them.
+    @param needs_body the errors to be taken depend on the body axes (RPE, or any rotation): both must then
+        share them.
     @throws InputError for what cannot be compared, see association.associate and frames.require_same_axis.
     """
     if settings.ref_frame is not None:
@@ -59,26 +64,32 @@ def compare(reference: Trajectory, estimate: Trajectory, settings: Settings, nee
     if needs_body or not settings.align:
         frames.require_same_axis(reference, estimate)
     elif settings.plane is not None:
-        # An aligned error is the same in any axes; a projection needs both grounds to be the same coordinate plane.
+        # An aligned error is the same in any axes; a projection needs both grounds to be the same coordinate
+        # plane.
         frames.require_same_axis(reference, estimate)
     convention = "base" if settings.ref_frame is not None else frames.convention(reference)
     matched, followed = association.associate(reference, estimate, settings.t_max_diff, settings.t_offset)
     if settings.plane is not None:
         matched, followed = frames.project(matched, settings.plane), frames.project(followed, settings.plane)
-    alignment = association.fit_alignment(matched, followed, settings.align, settings.correct_scale, settings.n_to_align)
+    alignment = association.fit_alignment(
+        matched, followed, settings.align, settings.correct_scale, settings.n_to_align
+    )
     return Comparison(matched, alignment.apply(followed), alignment, len(reference), convention)
 
 
 def on_ground(compared: Comparison, settings: Settings) -> Optional[Comparison]:
     """The same comparison on the reference's ground plane; None where it has none or is projected already.
 
-    The estimate is projected after it was brought onto the reference (its own world may be tilted), and then fitted anew
-    within the plane. A flat estimate, which leans on the reference's hills to fit them, is first laid level again.
+    The estimate is projected after it was brought onto the reference (its own world may be tilted), and then
+    fitted anew within the plane. A flat estimate, which leans on the reference's hills to fit them, is first
+    laid level again.
     """
     if settings.plane is not None or compared.convention is None:
         return None
     plane = frames.GROUND[compared.convention]
     reference = frames.project(compared.reference, plane)
     estimate = frames.project(frames.laid_level(compared.estimate, plane), plane)
-    alignment = association.fit_alignment(reference, estimate, settings.align, settings.correct_scale, settings.n_to_align)
+    alignment = association.fit_alignment(
+        reference, estimate, settings.align, settings.correct_scale, settings.n_to_align
+    )
     return replace(compared, reference=reference, estimate=alignment.apply(estimate), alignment=alignment)

@@ -1,11 +1,13 @@
-"""donkey_to_kitti: a donkey car's tub (images and `catalog_*.catalog`) as a KITTI sequence, with odometry from its commands.
+"""donkey_to_kitti: a donkey car's tub (images and `catalog_*.catalog`) as a KITTI sequence, with odometry
+from its commands.
 
 The car has no wheel encoder; speed and yaw rate follow from what it was told (kinematic bicycle, no slip):
     v = speed_per_throttle * throttle, following it with a first-order lag of `speed_lag` seconds
-    delta = max_steering * (trim - angle)        the tub's angle is +1 at full right lock; delta is positive to the left
-    yaw rate = v * tan(delta) / wheelbase
-with the commands taking effect `delay` seconds later. The defaults fit the image shift of a lap track (trim and delays by
-regression, which explains 70% of the shift's variance; speed so that a lap turns once): crude, as odometry of a toy car is.
+    delta = max_steering * (trim - angle)        the tub's angle is +1 at full right lock; delta is positive
+    to the left yaw rate = v * tan(delta) / wheelbase
+with the commands taking effect `delay` seconds later. The defaults fit the image shift of a lap track (trim
+and delays by regression, which explains 70% of the shift's variance; speed so that a lap turns once): crude,
+as odometry of a toy car is.
 """
 
 import argparse
@@ -23,7 +25,9 @@ IMAGE_SIZE = (160, 120)
 
 
 def read_catalogs(folder: str) -> list:
-    """Records of all catalogs of a tub, in the order of their index. @throws InputError for a malformed line."""
+    """Records of all catalogs of a tub, in the order of their index. @throws InputError for a malformed
+    line.
+    """
     records = []
     for path in sorted(glob.glob(os.path.join(glob.escape(folder), "catalog_*.catalog"))):
         with open(path, encoding="utf-8") as file:
@@ -32,8 +36,15 @@ def read_catalogs(folder: str) -> list:
                     continue
                 try:
                     record = json.loads(line)
-                    records.append((int(record["_index"]), int(record["_timestamp_ms"]), float(record["user/angle"]),
-                                    float(record["user/throttle"]), str(record["cam/image_array"])))
+                    records.append(
+                        (
+                            int(record["_index"]),
+                            int(record["_timestamp_ms"]),
+                            float(record["user/angle"]),
+                            float(record["user/throttle"]),
+                            str(record["cam/image_array"]),
+                        )
+                    )
                 except (ValueError, KeyError, TypeError) as error:
                     raise InputError(f"{path}:{number}: not a record: {error}") from None
     if not records:
@@ -81,7 +92,10 @@ def convert(records: list, folder: str, out: str, arguments) -> None:
     """Writes image_0, times.txt, calib.txt and odometry.csv."""
     stamps = np.array([record[1] - records[0][1] for record in records]) / 1e3
     if (np.diff(stamps) <= 0).any():
-        raise InputError(f"{folder}: time stands still or goes back at record {records[np.argmax(np.diff(stamps) <= 0) + 1][0]}")
+        raise InputError(
+            f"{folder}: time stands still or goes back at record "
+            f"{records[np.argmax(np.diff(stamps) <= 0) + 1][0]}"
+        )
     images = os.path.join(out, "image_0")
     if os.path.isdir(images) and os.listdir(images):
         raise InputError(f"{images}: exists and is not empty")
@@ -100,32 +114,65 @@ def convert(records: list, folder: str, out: str, arguments) -> None:
     focal, (width, height) = arguments.focal_px, IMAGE_SIZE
     with open(os.path.join(out, "calib.txt"), "w", encoding="utf-8") as file:
         file.write(f"P0: {focal:g} 0 {width / 2:g} 0 0 {focal:g} {height / 2:g} 0 0 0 1 0\n")
-    rows = command_odometry(stamps, np.array([record[2] for record in records]),
-                            np.array([record[3] for record in records]), arguments)
+    rows = command_odometry(
+        stamps,
+        np.array([record[2] for record in records]),
+        np.array([record[3] for record in records]),
+        arguments,
+    )
     with open(os.path.join(out, "odometry.csv"), "w", encoding="utf-8") as file:
         file.write(",".join(ODOMETRY_COLUMNS) + "\n")
-        file.writelines(f"{frame:.0f},{stamp:.6f},{speed:.9g},{rate:.9g}\n" for frame, stamp, speed, rate in rows)
+        file.writelines(
+            f"{frame:.0f},{stamp:.6f},{speed:.9g},{rate:.9g}\n" for frame, stamp, speed, rate in rows
+        )
 
 
 def main(argv=None) -> None:
     """donkey_to_kitti."""
     parser = argparse.ArgumentParser(
-        prog="donkey_to_kitti", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
+        prog="donkey_to_kitti",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description=__doc__,
         epilog="examples:\n  donkey_to_kitti tub out/laps --run 2129:5014\n"
-               "  ratslam_run out/laps --config config/donkey.yaml --odometry out/laps/odometry.csv --out out/run")
+        "  ratslam_run out/laps --config config/donkey.yaml --odometry out/laps/odometry.csv --out out/run",
+    )
     parser.add_argument("folder", help="tub: catalog_*.catalog and images/")
     parser.add_argument("out", help="KITTI sequence folder to make")
     parser.add_argument("--run", metavar="FIRST:LAST", help="records to take, both included (default: all)")
     parser.add_argument("--copy", action="store_true", help="copy the images (default: symbolic links)")
-    parser.add_argument("--wheelbase", type=float, default=0.25, metavar="M", help="[m] (default %(default)s)")
-    parser.add_argument("--max_steering_deg", type=float, default=25.0, metavar="DEG", help="at full lock (default %(default)s)")
-    parser.add_argument("--steering_trim", type=float, default=0.12, metavar="X",
-                        help="command at which the car runs straight (default %(default)s)")
-    parser.add_argument("--speed_per_throttle", type=float, default=5.0, metavar="M/S",
-                        help="speed at full throttle (default %(default)s)")
-    parser.add_argument("--delay", type=float, default=0.2, metavar="S", help="command to motion (default %(default)s)")
-    parser.add_argument("--speed_lag", type=float, default=0.5, metavar="S", help="throttle to speed (default %(default)s)")
-    parser.add_argument("--focal_px", type=float, default=60.0, metavar="PX", help="for calib.txt (default %(default)s)")
+    parser.add_argument(
+        "--wheelbase", type=float, default=0.25, metavar="M", help="[m] (default %(default)s)"
+    )
+    parser.add_argument(
+        "--max_steering_deg",
+        type=float,
+        default=25.0,
+        metavar="DEG",
+        help="at full lock (default %(default)s)",
+    )
+    parser.add_argument(
+        "--steering_trim",
+        type=float,
+        default=0.12,
+        metavar="X",
+        help="command at which the car runs straight (default %(default)s)",
+    )
+    parser.add_argument(
+        "--speed_per_throttle",
+        type=float,
+        default=5.0,
+        metavar="M/S",
+        help="speed at full throttle (default %(default)s)",
+    )
+    parser.add_argument(
+        "--delay", type=float, default=0.2, metavar="S", help="command to motion (default %(default)s)"
+    )
+    parser.add_argument(
+        "--speed_lag", type=float, default=0.5, metavar="S", help="throttle to speed (default %(default)s)"
+    )
+    parser.add_argument(
+        "--focal_px", type=float, default=60.0, metavar="PX", help="for calib.txt (default %(default)s)"
+    )
     arguments = parser.parse_args(argv)
     for key in ("wheelbase", "max_steering_deg", "speed_per_throttle", "focal_px"):
         if not getattr(arguments, key) > 0:

@@ -1,4 +1,6 @@
-"""Figures of errors: trajectories coloured by their error (the paper's Fig. 5), side by side, above the error over time."""
+"""Figures of errors: trajectories coloured by their error (the paper's Fig. 5), side by side, above the error
+over time.
+"""
 
 import numpy as np
 
@@ -19,9 +21,18 @@ def draw_coloured(axes, result, largest: float, label: str):
     """One trajectory coloured by its error over the grey reference; returns the coloured artist."""
     first, second = ground_axes(result.compared)
     reference, estimate = result.compared.reference.positions, result.compared.estimate.positions
-    axes.plot(reference[:, first], reference[:, second], color="0.6", linewidth=1.0, linestyle="--", label="reference")
+    axes.plot(
+        reference[:, first],
+        reference[:, second],
+        color="0.6",
+        linewidth=1.0,
+        linestyle="--",
+        label="reference",
+    )
     ends = np.asarray(result.ends)
-    artist = plotting.coloured_line(axes, estimate[:, first], estimate[:, second], ends, result.errors, largest)
+    artist = plotting.coloured_line(
+        axes, estimate[:, first], estimate[:, second], ends, result.errors, largest
+    )
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"{'xyz'[first]} [m]")
     axes.set_ylabel(f"{'xyz'[second]} [m]")
@@ -49,7 +60,9 @@ def errors_figure(pyplot, results, title: str, quantity: str):
     for column, result in enumerate(results):
         maps.append(figure.add_subplot(grid[0, column]))
         mean = float(result.errors.mean())
-        artist = draw_coloured(maps[-1], result, largest, f"{result.name}\nmean {mean:.3g}, max {result.errors.max():.3g}")
+        artist = draw_coloured(
+            maps[-1], result, largest, f"{result.name}\nmean {mean:.3g}, max {result.errors.max():.3g}"
+        )
     figure.colorbar(artist, ax=maps, label=quantity, shrink=0.85)
     axes = figure.add_subplot(grid[1, :])
     for result in results:

@@ -9,7 +9,9 @@ LINE = re.compile(r"^([A-Za-z_][A-Za-z0-9_]*)\s*:\s+(.*)$")
 
 
 def read(path: str) -> Dict[str, str]:
-    """Keys and values as text. @throws InputError naming the line that is of another form or repeats a key."""
+    """Keys and values as text. @throws InputError naming the line that is of another form or repeats a
+    key.
+    """
     values: Dict[str, str] = {}
     try:
         with open(path, encoding="utf-8") as file:

@@ -1,4 +1,5 @@
-"""Body and world conventions: base (x forward, y left, z up; REP-103) and camera (x right, y down, z forward).
+"""Body and world conventions: base (x forward, y left, z up; REP-103) and camera (x right, y down, z
+forward).
 
 Which one a trajectory uses shows in the body axis it moves along.
 """
@@ -12,7 +13,7 @@ from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory
 
 FRAMES = ("base", "camera")
-PLANES = {"xy": 2, "xz": 1, "yz": 0}   # plane -> index of its normal
+PLANES = {"xy": 2, "xz": 1, "yz": 0}  # plane -> index of its normal
 FORWARD = {"base": "x", "camera": "z"}
 GROUND = {"base": "xy", "camera": "xz"}
 # Share of the path that must lie along one body axis before a vehicle's convention is taken as known.
@@ -22,7 +23,9 @@ FLAT = 1e-6
 
 
 def moving_axis(trajectory: Trajectory) -> Optional[str]:
-    """The body axis (x, y or z) nearly all motion goes along; None where no axis stands out (a hand-held camera)."""
+    """The body axis (x, y or z) nearly all motion goes along; None where no axis stands out (a hand-held
+    camera).
+    """
     steps = np.diff(trajectory.positions, axis=0)
     in_body = geometry.rotate(geometry.transpose(trajectory.rotations[:-1]), steps)
     length = np.linalg.norm(steps, axis=1).sum()
@@ -53,13 +56,17 @@ def to_base(trajectory: Trajectory) -> Trajectory:
 
 
 def require_same_axis(reference: Trajectory, estimate: Trajectory) -> None:
-    """@throws InputError where both conventions are certain and differ: their body frames cannot be compared."""
+    """@throws InputError where both conventions are certain and differ: their body frames cannot be
+    compared.
+    """
     axes = [moving_axis(reference), moving_axis(estimate)]
     if None in axes or axes[0] == axes[1]:
         return
     names = {axis: f" (as {frame} frames do)" for frame, axis in FORWARD.items()}
-    moves = [f"{trajectory.name} moves along its body's {axis} axis{names.get(axis, '')}"
-             for trajectory, axis in zip((reference, estimate), axes)]
+    moves = [
+        f"{trajectory.name} moves along its body's {axis} axis{names.get(axis, '')}"
+        for trajectory, axis in zip((reference, estimate), axes)
+    ]
     frames_of = {axis: frame for frame, axis in FORWARD.items()}
     advice = ""
     if all(axis in frames_of for axis in axes):
@@ -79,8 +86,12 @@ def laid_level(trajectory: Trajectory, plane: str) -> Trajectory:
 
 
 def project(trajectory: Trajectory, plane: str) -> Trajectory:
-    """The trajectory in a coordinate plane (xy, xz or yz): no offset along the normal, turns about the normal only."""
+    """The trajectory in a coordinate plane (xy, xz or yz): no offset along the normal, turns about the normal
+    only.
+    """
     normal = PLANES[plane]
     positions = trajectory.positions.copy()
     positions[:, normal] = 0.0
-    return Trajectory(positions, geometry.twist_about(trajectory.rotations, normal), trajectory.stamps, trajectory.name)
+    return Trajectory(
+        positions, geometry.twist_about(trajectory.rotations, normal), trajectory.stamps, trajectory.name
+    )

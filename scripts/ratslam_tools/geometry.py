@@ -5,23 +5,27 @@ Quaternions are (x, y, z, w) as in TUM files; rotation matrices have shape (n, 3
 
 import numpy as np
 
-# Axes of a camera (x right, y down, z forward) expressed in a base (x forward, y left, z up): v_base = CAMERA_TO_BASE v_camera.
+# Axes of a camera (x right, y down, z forward) expressed in a base (x forward, y left, z up): v_base =
+# CAMERA_TO_BASE v_camera.
 CAMERA_TO_BASE = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 
 def matrices_from_quaternions(quaternions: np.ndarray) -> np.ndarray:
     """Rotation matrices (n, 3, 3) of quaternions (n, 4) in (x, y, z, w) order, which are normalised first."""
     x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
-    rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
     return np.moveaxis(np.array(rows), 2, 0)
 
 
 def quaternions_from_matrices(rotations: np.ndarray) -> np.ndarray:
     """Unit quaternions (n, 4), (x, y, z, w), w >= 0, of rotation matrices (n, 3, 3).
 
-    Of the four equivalent formulas the one with the largest divisor is taken (Shepperd 1978): accurate at every angle.
+    Of the four equivalent formulas the one with the largest divisor is taken (Shepperd 1978): accurate at
+    every angle.
     """
     m = rotations
     trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
@@ -79,7 +83,9 @@ def rotation_about_y(angle: float) -> np.ndarray:
 
 
 def rotation_between(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """The smallest rotation (3, 3) taking unit vector `source` to unit vector `target`, which are not opposite (Rodrigues)."""
+    """The smallest rotation (3, 3) taking unit vector `source` to unit vector `target`, which are not
+    opposite (Rodrigues).
+    """
     x, y, z = np.cross(source, target)
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + skew + skew @ skew / (1.0 + source @ target)
@@ -96,7 +102,9 @@ def rotate(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 def twist_about(rotations: np.ndarray, axis: int) -> np.ndarray:
-    """The part of each rotation (n, 3, 3) that turns about coordinate axis 0, 1 or 2 (swing-twist decomposition)."""
+    """The part of each rotation (n, 3, 3) that turns about coordinate axis 0, 1 or 2 (swing-twist
+    decomposition).
+    """
     quaternions = quaternions_from_matrices(rotations)
     twist = np.zeros_like(quaternions)
     twist[:, axis] = quaternions[:, axis]
@@ -106,11 +114,12 @@ def twist_about(rotations: np.ndarray, axis: int) -> np.ndarray:
 
 
 def umeyama(reference: np.ndarray, estimate: np.ndarray, with_scale: bool):
-    """Least-squares similarity (rotation (3, 3), translation (3,), scale) taking `estimate` (n, 3) onto `reference` (n, 3).
+    """Least-squares similarity (rotation (3, 3), translation (3,), scale) taking `estimate` (n, 3) onto
+    `reference` (n, 3).
 
     Minimises sum |reference_i - (scale R estimate_i + t)|^2 in closed form; scale is 1 unless asked for.
-    Source: Umeyama, Least-squares estimation of transformation parameters between two point patterns, PAMI 13(4), 1991,
-    eqs. (40)-(42).
+    Source: Umeyama, Least-squares estimation of transformation parameters between two point patterns, PAMI
+    13(4), 1991, eqs. (40)-(42).
     """
     mean_reference, mean_estimate = reference.mean(axis=0), estimate.mean(axis=0)
     centred_reference, centred_estimate = reference - mean_reference, estimate - mean_estimate
@@ -120,5 +129,5 @@ def umeyama(reference: np.ndarray, estimate: np.ndarray, with_scale: bool):
     rotation = u @ np.diag(signs) @ vt
     scale = 1.0
     if with_scale:
-        scale = float(singular @ signs / (centred_estimate ** 2).sum(axis=1).mean())
+        scale = float(singular @ signs / (centred_estimate**2).sum(axis=1).mean())
     return rotation, mean_reference - scale * rotation @ mean_estimate, scale

@@ -8,17 +8,46 @@ from ratslam_tools.errors import InputError
 
 GENERAL = ("topic_root",)
 RATSLAM = (
-    "image_crop_x_min", "image_crop_x_max", "image_crop_y_min", "image_crop_y_max", "template_x_size", "template_y_size",
-    "vt_match_threshold", "vt_shift_match", "vt_step_match", "vt_normalisation", "vt_patch_normalise",
-    "vt_min_patch_normalisation_std", "vt_panoramic", "vt_active_decay", "pc_dim_xy", "pc_dim_th", "pc_w_e_dim", "pc_w_i_dim",
-    "pc_w_e_var", "pc_w_i_var", "pc_global_inhib", "pc_vt_inject_energy", "pc_vt_restore", "pc_cell_x_size",
-    "exp_delta_pc_threshold", "exp_correction", "exp_loops", "exp_initial_em_deg")
-VISUAL_ODOMETRY = tuple(f"{kind}_image_{axis}_{end}" for kind in ("vtrans", "vrot") for axis in "xy" for end in ("min", "max")
-                        ) + ("camera_fov_deg", "camera_hz", "vtrans_scaling", "vtrans_max")
+    "image_crop_x_min",
+    "image_crop_x_max",
+    "image_crop_y_min",
+    "image_crop_y_max",
+    "template_x_size",
+    "template_y_size",
+    "vt_match_threshold",
+    "vt_shift_match",
+    "vt_step_match",
+    "vt_normalisation",
+    "vt_patch_normalise",
+    "vt_min_patch_normalisation_std",
+    "vt_panoramic",
+    "vt_active_decay",
+    "pc_dim_xy",
+    "pc_dim_th",
+    "pc_w_e_dim",
+    "pc_w_i_dim",
+    "pc_w_e_var",
+    "pc_w_i_var",
+    "pc_global_inhib",
+    "pc_vt_inject_energy",
+    "pc_vt_restore",
+    "pc_cell_x_size",
+    "exp_delta_pc_threshold",
+    "exp_correction",
+    "exp_loops",
+    "exp_initial_em_deg",
+)
+VISUAL_ODOMETRY = tuple(
+    f"{kind}_image_{axis}_{end}" for kind in ("vtrans", "vrot") for axis in "xy" for end in ("min", "max")
+) + ("camera_fov_deg", "camera_hz", "vtrans_scaling", "vtrans_max")
 SECTIONS = {"general": GENERAL, "ratslam": RATSLAM, "visual_odometry": VISUAL_ODOMETRY}
 IGNORED_SECTIONS = ("draw",)
 SYNONYMS = {"vt_patch_normalisation": "vt_patch_normalise"}
-TITLES = {"general": "all nodes", "ratslam": "local view, pose cells, experience map", "visual_odometry": "profile odometry"}
+TITLES = {
+    "general": "all nodes",
+    "ratslam": "local view, pose cells, experience map",
+    "visual_odometry": "profile odometry",
+}
 
 
 def read_ini(path: str) -> configparser.ConfigParser:
@@ -36,7 +65,9 @@ def read_ini(path: str) -> configparser.ConfigParser:
 
 
 def convert(path: str):
-    """(YAML text, remarks on what was left out). @throws InputError naming key and value that are no number."""
+    """(YAML text, remarks on what was left out). @throws InputError naming key and value that are no
+    number.
+    """
     parser = read_ini(path)
     lines, remarks, seen = [], [], set()
     for section in parser.sections():
@@ -63,17 +94,23 @@ def convert(path: str):
                     raise InputError(f"{path}: [{section}] {key}: '{value}' is not a number") from None
             lines.append(f'{name}: "{value}"' if name in GENERAL else f"{name}: {value}")
     if not seen:
-        raise InputError(f"{path}: none of the sections {', '.join(f'[{name}]' for name in SECTIONS)} has a known key")
+        raise InputError(
+            f"{path}: none of the sections {', '.join(f'[{name}]' for name in SECTIONS)} has a known key"
+        )
     return "\n".join(lines) + "\n", remarks
 
 
 def main(argv=None) -> None:
     """ini_to_yaml."""
     parser = argparse.ArgumentParser(
-        prog="ini_to_yaml", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Turns an OpenRatSLAM configuration into YAML for these nodes and ratslam_run. What it leaves out it "
-                    "reports on stderr.",
-        epilog="examples:\n  ini_to_yaml config_stlucia.txt stlucia.yaml\n  ini_to_yaml config_stlucia.txt --strict")
+        prog="ini_to_yaml",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Turns an OpenRatSLAM configuration into YAML for these nodes and ratslam_run. What it "
+        "leaves out it "
+        "reports on stderr.",
+        epilog="examples:\n  ini_to_yaml config_stlucia.txt stlucia.yaml\n  ini_to_yaml config_stlucia.txt "
+        "--strict",
+    )
     parser.add_argument("ini", help="OpenRatSLAM configuration")
     parser.add_argument("yaml", nargs="?", help="file to write (default: stdout)")
     parser.add_argument("--strict", action="store_true", help="an unknown key is an error")

@@ -24,7 +24,7 @@ class Drive:
 
     images: List[str]
     stamps_ns: List[int]
-    projection: np.ndarray                         # (3, 4) [px] of the camera in use
+    projection: np.ndarray  # (3, 4) [px] of the camera in use
     truth: Optional[Trajectory] = None
     truth_stamps_ns: List[int] = field(default_factory=list)
     # Pose of the camera (optical axes) in base_link, whose path the truth is.
@@ -35,10 +35,19 @@ class Drive:
         """Frames start ... end - 1. @throws InputError if there are none."""
         rows = slice(start, end)
         if start < 0 or not self.images[rows]:
-            raise InputError(f"frames {start} to {'the end' if end is None else end}: the drive has {len(self.images)}")
+            raise InputError(
+                f"frames {start} to {'the end' if end is None else end}: the drive has {len(self.images)}"
+            )
         truth = None if self.truth is None else self.truth.select(rows)
-        return Drive(self.images[rows], self.stamps_ns[rows], self.projection, truth, self.truth_stamps_ns[rows],
-                     self.camera_rotation, self.camera_translation)
+        return Drive(
+            self.images[rows],
+            self.stamps_ns[rows],
+            self.projection,
+            truth,
+            self.truth_stamps_ns[rows],
+            self.camera_rotation,
+            self.camera_translation,
+        )
 
 
 def nanoseconds(seconds) -> List[int]:
@@ -86,14 +95,20 @@ def is_raw(folder: str) -> bool:
 
 
 def poses_file(folder: str) -> Optional[str]:
-    """The file with a sequence's true poses: in the folder, or in the benchmark's layout; None if there is none."""
+    """The file with a sequence's true poses: in the folder, or in the benchmark's layout; None if there is
+    none.
+    """
     folder = os.path.abspath(folder)
-    beside = os.path.join(os.path.dirname(os.path.dirname(folder)), "poses", os.path.basename(folder) + ".txt")
+    beside = os.path.join(
+        os.path.dirname(os.path.dirname(folder)), "poses", os.path.basename(folder) + ".txt"
+    )
     return next((path for path in (os.path.join(folder, "poses.txt"), beside) if os.path.isfile(path)), None)
 
 
 def read_sequence(folder: str, camera: int = 0) -> Drive:
-    """A sequence of the odometry benchmark. Truth, where there is some, is that of base_link at the left grey camera."""
+    """A sequence of the odometry benchmark. Truth, where there is some, is that of base_link at the left grey
+    camera.
+    """
     images = list_images(os.path.join(folder, f"image_{camera}"))
     times = read_times(os.path.join(folder, "times.txt"))
     if len(times) != len(images):
@@ -124,9 +139,11 @@ def read_timestamps(path: str) -> List[int]:
                 whole, _, fraction = text.partition(".")
                 try:
                     moment = datetime.strptime(whole, "%Y-%m-%d %H:%M:%S").replace(tzinfo=timezone.utc)
-                    stamps.append(int(moment.timestamp()) * 10 ** 9 + int(fraction[:9].ljust(9, "0")))
+                    stamps.append(int(moment.timestamp()) * 10**9 + int(fraction[:9].ljust(9, "0")))
                 except ValueError:
-                    raise InputError(f"{path}:{number}: no time of the form 2011-09-26 13:02:25.964389445") from None
+                    raise InputError(
+                        f"{path}:{number}: no time of the form 2011-09-26 13:02:25.964389445"
+                    ) from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     return stamps
@@ -135,8 +152,9 @@ def read_timestamps(path: str) -> List[int]:
 def read_oxts(folder: str) -> Trajectory:
     """Path of the inertial unit (x forward, y left, z up) from `oxts/data`, relative to its first pose.
 
-    Latitude and longitude go through KITTI's Mercator projection scaled at the first latitude; roll, pitch, yaw turn about
-    x, y, z. Source: Geiger et al., Vision meets robotics: the KITTI dataset, IJRR 2013, and the raw development kit's text.
+    Latitude and longitude go through KITTI's Mercator projection scaled at the first latitude; roll, pitch,
+    yaw turn about x, y, z. Source: Geiger et al., Vision meets robotics: the KITTI dataset, IJRR 2013, and
+    the raw development kit's text.
     """
     rows = []
     data = os.path.join(folder, "oxts", "data")
@@ -148,19 +166,27 @@ def read_oxts(folder: str) -> Trajectory:
         except ValueError:
             rows.append([])
         if len(rows[-1]) != 6:
-            raise InputError(f"{os.path.join(data, name)}: no latitude, longitude, altitude, roll, pitch and yaw")
+            raise InputError(
+                f"{os.path.join(data, name)}: no latitude, longitude, altitude, roll, pitch and yaw"
+            )
     if not rows:
         raise InputError(f"{data}: empty")
     latitude, longitude, altitude, roll, pitch, yaw = np.array(rows).T
     positions = np.column_stack([*geodesy.mercator(latitude, longitude, latitude[0]), altitude])
-    rotations = np.array([geometry.rotation_about_z(c) @ geometry.rotation_about_y(b) @ geometry.rotation_about_x(a)
-                          for a, b, c in zip(roll, pitch, yaw)])
+    rotations = np.array(
+        [
+            geometry.rotation_about_z(c) @ geometry.rotation_about_y(b) @ geometry.rotation_about_x(a)
+            for a, b, c in zip(roll, pitch, yaw)
+        ]
+    )
     inverse = rotations[0].T
     return Trajectory((positions - positions[0]) @ inverse.T, inverse @ rotations, None, data).check()
 
 
 def read_raw(folder: str, camera: int = 0) -> Drive:
-    """A raw drive (synchronised and rectified). Truth, where oxts is there, is that of base_link at the inertial unit."""
+    """A raw drive (synchronised and rectified). Truth, where oxts is there, is that of base_link at the
+    inertial unit.
+    """
     images = list_images(os.path.join(folder, f"image_{camera:02d}", "data"))
     stamps_ns = read_timestamps(os.path.join(folder, f"image_{camera:02d}", "timestamps.txt"))
     if len(stamps_ns) != len(images):
@@ -172,8 +198,10 @@ def read_raw(folder: str, camera: int = 0) -> Drive:
         drive.truth = read_oxts(folder)
         drive.truth_stamps_ns = read_timestamps(os.path.join(folder, "oxts", "timestamps.txt"))
         if len(drive.truth) != len(images) or len(drive.truth_stamps_ns) != len(images):
-            raise InputError(f"{folder}: {len(images)} images, {len(drive.truth)} oxts files, "
-                             f"{len(drive.truth_stamps_ns)} oxts times")
+            raise InputError(
+                f"{folder}: {len(images)} images, {len(drive.truth)} oxts files, "
+                f"{len(drive.truth_stamps_ns)} oxts times"
+            )
         drive.truth.stamps = np.array(drive.truth_stamps_ns) * 1e-9
     chain = [os.path.join(above, name) for name in ("calib_imu_to_velo.txt", "calib_velo_to_cam.txt")]
     if all(map(os.path.isfile, chain)):

@@ -26,13 +26,20 @@ def read_odometry(path: str) -> np.ndarray:
         rows = np.array([[float(word) for word in line] for line in lines[1:] if line])
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None
-    if rows.ndim != 2 or rows.shape[1] != 4 or not np.isfinite(rows).all() or (np.diff(rows[:, 1]) <= 0).any():
+    if (
+        rows.ndim != 2
+        or rows.shape[1] != 4
+        or not np.isfinite(rows).all()
+        or (np.diff(rows[:, 1]) <= 0).any()
+    ):
         raise InputError(f"{path}: four finite numbers a line with increasing stamps are expected")
     return rows
 
 
 def odometry_messages(rows: np.ndarray, offset_s: float) -> List[Tuple[int, object]]:
-    """(stamp_ns, nav_msgs/Odometry) of odometry rows; the pose is their dead reckoning from the origin, in frame odom."""
+    """(stamp_ns, nav_msgs/Odometry) of odometry rows; the pose is their dead reckoning from the origin, in
+    frame odom.
+    """
     messages = []
     x = y = heading = 0.0
     before = rows[0, 1]
@@ -44,8 +51,19 @@ def odometry_messages(rows: np.ndarray, offset_s: float) -> List[Tuple[int, obje
         y += speed * duration * np.sin(heading)
         stamp_ns = kitti.nanoseconds([stamp + offset_s])[0]
         quaternion = geometry.quaternions_from_matrices(geometry.rotation_about_z(heading)[None])[0]
-        messages.append((stamp_ns, bags.odometry_message(bags.header(stamp_ns, "odom", index), "base_link", (x, y, 0.0),
-                                                         quaternion, (speed, 0.0, 0.0), (0.0, 0.0, rate))))
+        messages.append(
+            (
+                stamp_ns,
+                bags.odometry_message(
+                    bags.header(stamp_ns, "odom", index),
+                    "base_link",
+                    (x, y, 0.0),
+                    quaternion,
+                    (speed, 0.0, 0.0),
+                    (0.0, 0.0, rate),
+                ),
+            )
+        )
     return messages
 
 
@@ -60,25 +78,39 @@ def load_image(path: str, colour: bool) -> np.ndarray:
 
 
 def convert(drive: kitti.Drive, path: str, root: str, compressed: bool, colour: bool, odometry=()) -> None:
-    """Writes the bag: static tf, then for each frame camera_info and image, with truth and odometry in order of time."""
+    """Writes the bag: static tf, then for each frame camera_info and image, with truth and odometry in order
+    of time.
+    """
     prefix = "/" + root.strip("/") + "/" if root.strip("/") else "/"
     image_topic = prefix + "camera/image" + ("/compressed" if compressed else "")
-    others = [(stamp, "ground_truth", message) for stamp, message in
-              (bags.ground_truth_messages(drive.truth, drive.truth_stamps_ns) if drive.truth is not None else ())]
+    others = [
+        (stamp, "ground_truth", message)
+        for stamp, message in (
+            bags.ground_truth_messages(drive.truth, drive.truth_stamps_ns) if drive.truth is not None else ()
+        )
+    ]
     others += [(stamp, "odom", message) for stamp, message in odometry]
     others.sort(key=lambda item: item[0])
     progress = Progress(len(drive.images), "kitti_to_bag")
     following = 0
     with bags.writing(path) as bag:
-        bags.write(bag, "/tf_static", bags.static_transform(drive.stamps_ns[0], "base_link", "camera", drive.camera_rotation,
-                                                            drive.camera_translation), drive.stamps_ns[0])
+        bags.write(
+            bag,
+            "/tf_static",
+            bags.static_transform(
+                drive.stamps_ns[0], "base_link", "camera", drive.camera_rotation, drive.camera_translation
+            ),
+            drive.stamps_ns[0],
+        )
         for index, (file, stamp) in enumerate(zip(drive.images, drive.stamps_ns)):
             while following < len(others) and others[following][0] <= stamp:
                 _write_other(bag, prefix, *others[following])
                 following += 1
             head = bags.header(stamp, "camera", index)
             image = load_image(file, colour)
-            info = bags.camera_info(head, image.shape[1], image.shape[0], drive.projection[:, :3], drive.projection)
+            info = bags.camera_info(
+                head, image.shape[1], image.shape[0], drive.projection[:, :3], drive.projection
+            )
             bags.write(bag, prefix + "camera/camera_info", info, stamp)
             message = bags.compressed_image(head, file) if compressed else bags.raw_image(head, image)
             bags.write(bag, image_topic, message, stamp)
@@ -95,21 +127,37 @@ def _write_other(bag, prefix: str, stamp_ns: int, name: str, message) -> None:
 def main(argv=None) -> None:
     """kitti_to_bag."""
     parser = argparse.ArgumentParser(
-        prog="kitti_to_bag", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="A KITTI odometry sequence or raw drive as a bag: camera/image, camera/camera_info, ground_truth "
-                    "(nav_msgs/Odometry, x forward, z up), and the camera under base_link on /tf_static.",
+        prog="kitti_to_bag",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="A KITTI odometry sequence or raw drive as a bag: camera/image, camera/camera_info, "
+        "ground_truth "
+        "(nav_msgs/Odometry, x forward, z up), and the camera under base_link on /tf_static.",
         epilog="examples:\n  kitti_to_bag dataset/sequences/00 kitti_00.bag --compressed\n"
-               "  kitti_to_bag 2011_09_26/2011_09_26_drive_0009_sync drive.bag --root kitti\n"
-               "  kitti_to_bag sequences/00 clip.bag --start 100 --end 200 --odometry odometry.csv --odometry_offset 0.02")
-    parser.add_argument("folder", help="sequence folder (image_0, times.txt, calib.txt) or raw drive (image_00, oxts)")
+        "  kitti_to_bag 2011_09_26/2011_09_26_drive_0009_sync drive.bag --root kitti\n"
+        "  kitti_to_bag sequences/00 clip.bag --start 100 --end 200 --odometry odometry.csv "
+        "--odometry_offset 0.02",
+    )
+    parser.add_argument(
+        "folder", help="sequence folder (image_0, times.txt, calib.txt) or raw drive (image_00, oxts)"
+    )
     parser.add_argument("bag", help="bag file to write")
-    parser.add_argument("--root", default="kitti", help="name that all topics are put under; '' for none (default: kitti)")
-    parser.add_argument("--compressed", action="store_true", help="camera/image/compressed with the files' own bytes")
-    parser.add_argument("--camera", type=int, default=0, choices=range(4), help="0, 1 grey; 2, 3 colour (default 0)")
+    parser.add_argument(
+        "--root", default="kitti", help="name that all topics are put under; '' for none (default: kitti)"
+    )
+    parser.add_argument(
+        "--compressed", action="store_true", help="camera/image/compressed with the files' own bytes"
+    )
+    parser.add_argument(
+        "--camera", type=int, default=0, choices=range(4), help="0, 1 grey; 2, 3 colour (default 0)"
+    )
     parser.add_argument("--start", type=int, default=0, help="first frame (default 0)")
     parser.add_argument("--end", type=int, help="frame to stop before (default: none)")
-    parser.add_argument("--odometry", metavar="CSV", help="also <root>/odom from columns " + ",".join(ODOMETRY_COLUMNS))
-    parser.add_argument("--odometry_offset", type=float, default=0.0, metavar="SECONDS", help="added to the odometry's stamps")
+    parser.add_argument(
+        "--odometry", metavar="CSV", help="also <root>/odom from columns " + ",".join(ODOMETRY_COLUMNS)
+    )
+    parser.add_argument(
+        "--odometry_offset", type=float, default=0.0, metavar="SECONDS", help="added to the odometry's stamps"
+    )
     arguments = parser.parse_args(argv)
     drive = kitti.read_drive(arguments.folder, arguments.camera)
     count = len(drive.images)
@@ -124,5 +172,7 @@ def main(argv=None) -> None:
         odometry = odometry_messages(rows, arguments.odometry_offset)
     convert(drive, arguments.bag, arguments.root, arguments.compressed, arguments.camera >= 2, odometry)
     truth = "with" if drive.truth is not None else "without"
-    print(f"{arguments.bag}: {len(drive.images)} images, {truth} ground truth"
-          + (f", {len(odometry)} odometry messages" if odometry else ""))
+    print(
+        f"{arguments.bag}: {len(drive.images)} images, {truth} ground truth"
+        + (f", {len(odometry)} odometry messages" if odometry else "")
+    )

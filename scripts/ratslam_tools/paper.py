@@ -1,9 +1,12 @@
 """reproduce_paper: the table and Figures 5, 6 and 7 of the source paper, from KITTI sequences.
 
-Malichev & Yakhno, Biomorphic navigation system version, Izvestiya VUZ. Applied Nonlinear Dynamics 32(5), 2024.
-1. Both systems run over each sequence: RatSLAM with its profile odometry, and with the ORB odometry in its place.
+Malichev & Yakhno, Biomorphic navigation system version, Izvestiya VUZ. Applied Nonlinear Dynamics 32(5),
+2024.
+1. Both systems run over each sequence: RatSLAM with its profile odometry, and with the ORB odometry in its
+place.
 2. APE and RPE of the final trajectories, aligned by similarity, stand beside the published ones.
-3. Fig. 5: both trajectories coloured by APE. Fig. 6, 7: mean APE over the injected energy and over the pose cells' size.
+3. Fig. 5: both trajectories coloured by APE. Fig. 6, 7: mean APE over the injected energy and over the pose
+cells' size.
 """
 
 import argparse
@@ -11,8 +14,18 @@ import os
 import shutil
 from dataclasses import dataclass
 
-from ratslam_tools import (comparison, error_plots, evaluation, kitti, metrics, plotting, run_folder, runner, sweep,
-                           truth)
+from ratslam_tools import (
+    comparison,
+    error_plots,
+    evaluation,
+    kitti,
+    metrics,
+    plotting,
+    run_folder,
+    runner,
+    sweep,
+    truth,
+)
 from ratslam_tools.errors import InputError
 from ratslam_tools.table import format_table
 
@@ -27,18 +40,26 @@ class System:
     odometry: str
 
 
-SYSTEMS = (System("profile", "RatSLAM (profile odometry)", "kitti.yaml", "profile"),
-           System("orb", "modified (ORB odometry)", "kitti_orb.yaml", "orb"))
+SYSTEMS = (
+    System("profile", "RatSLAM (profile odometry)", "kitti.yaml", "profile"),
+    System("orb", "modified (ORB odometry)", "kitti_orb.yaml", "orb"),
+)
 FIGURES = ("max", "mean", "median", "min")
 # Published for sequence 00, in metres.
-PUBLISHED = {("profile", "APE"): (98.51, 39.81, 35.81, 0.57), ("orb", "APE"): (42.17, 19.68, 19.90, 6.03),
-             ("profile", "RPE"): (5.38, 1.75, 1.58, 0.05), ("orb", "RPE"): (8.17, 2.83, 2.57, 0.17)}
+PUBLISHED = {
+    ("profile", "APE"): (98.51, 39.81, 35.81, 0.57),
+    ("orb", "APE"): (42.17, 19.68, 19.90, 6.03),
+    ("profile", "RPE"): (5.38, 1.75, 1.58, 0.05),
+    ("orb", "RPE"): (8.17, 2.83, 2.57, 0.17),
+}
 PUBLISHED_SEQUENCE = "00"
 SWEEPS = (("fig6", "pc_vt_inject_energy"), ("fig7", "pc_cell_x_size"))
 
 
 def sequence_folders(folder: str, names) -> list:
-    """(name, folder) of the sequences: those of the benchmark's root, or the one sequence that `folder` itself is."""
+    """(name, folder) of the sequences: those of the benchmark's root, or the one sequence that `folder`
+    itself is.
+    """
     if os.path.isfile(os.path.join(folder, "times.txt")):
         if names:
             raise InputError(f"--sequences: {folder} is one sequence itself; leave the option out")
@@ -59,14 +80,17 @@ class Reproduction:
         self.name, self.folder, self.arguments, self.program = name, folder, arguments, program
         self.out = os.path.join(arguments.out, name)
         if kitti.poses_file(folder) is None:
-            raise InputError(f"{folder}: no poses.txt, and none in ../../poses: there is no truth to compare with")
+            raise InputError(
+                f"{folder}: no poses.txt, and none in ../../poses: there is no truth to compare with"
+            )
         self.truth = truth.read_truth(folder)
 
     def words(self, system: System, settings, out: str):
         """The command line of one run of a system."""
         config = runner.find_config(system.config, self.arguments.config_dir)
-        return runner.command(self.program, self.folder, config, out, settings, system.odometry,
-                              self.arguments.max_frames)
+        return runner.command(
+            self.program, self.folder, config, out, settings, system.odometry, self.arguments.max_frames
+        )
 
     def run(self, system: System) -> dict:
         """Runs a system, unless the same command has finished before, and evaluates its final trajectory."""
@@ -81,14 +105,21 @@ class Reproduction:
         final = run_folder.Run(out).final
         final.name = system.title
         settings = comparison.Settings(align=True, correct_scale=True, ref_frame="base", est_frame="base")
-        return {"APE": evaluation.evaluate_ape(self.truth, [final], settings)[0],
-                "RPE": evaluation.evaluate_rpe(self.truth, [final], settings)[0]}
+        return {
+            "APE": evaluation.evaluate_ape(self.truth, [final], settings)[0],
+            "RPE": evaluation.evaluate_rpe(self.truth, [final], settings)[0],
+        }
 
     def sweep(self, system: System, figure: str, key: str, values) -> None:
         """The figure of mean APE over one parameter."""
         folder = os.path.join(self.out, f"sweep_{system.name}_{key}")
-        points, found, failures = sweep.execute(lambda settings, out: self.words(system, settings, out), [(key, values)],
-                                                folder, self.truth, jobs=self.arguments.jobs)
+        points, found, failures = sweep.execute(
+            lambda settings, out: self.words(system, settings, out),
+            [(key, values)],
+            folder,
+            self.truth,
+            jobs=self.arguments.jobs,
+        )
         path = os.path.join(self.arguments.out, f"{figure}_{self.name}_{system.name}.png")
         sweep.plot_parameter(path, key, points, found)
         print(f"wrote {path}")
@@ -107,49 +138,91 @@ def table_rows(name: str, results: dict) -> list:
             rows.append([name, metric, system.title, *(f"{figures[key]:.2f}" for key in FIGURES), coverage])
             if metric == "APE" and result.ground_errors is not None:
                 ground = metrics.statistics(result.ground_errors)
-                rows.append(["", "", "  on the ground plane", *(f"{ground[key]:.2f}" for key in FIGURES), coverage])
+                rows.append(
+                    ["", "", "  on the ground plane", *(f"{ground[key]:.2f}" for key in FIGURES), coverage]
+                )
             published = PUBLISHED[system.name, metric]
-            rows.append(["", "", f"  published (sequence {PUBLISHED_SEQUENCE})", *(f"{value:.2f}" for value in published), ""])
+            rows.append(
+                [
+                    "",
+                    "",
+                    f"  published (sequence {PUBLISHED_SEQUENCE})",
+                    *(f"{value:.2f}" for value in published),
+                    "",
+                ]
+            )
     return rows
 
 
-NOTE = ("Final trajectories, aligned by rotation, translation and scale; metres. RPE over one frame, both in base axes; the\n"
-        "published RPE compares poses of different body axes, which adds about sqrt(2) times the step to every pair.")
+NOTE = (
+    "Final trajectories, aligned by rotation, translation and scale; metres. RPE over one frame, both in "
+    "base axes; the\n"
+    "published RPE compares poses of different body axes, which adds about sqrt(2) times the step to every "
+    "pair."
+)
 
 
 def main(argv=None) -> None:
     """reproduce_paper."""
     parser = argparse.ArgumentParser(
-        prog="reproduce_paper", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="The paper's table beside its published figures, and its Fig. 5, 6 and 7, from KITTI sequences. Started "
-                    "again after an interruption, it computes only what is missing.",
+        prog="reproduce_paper",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="The paper's table beside its published figures, and its Fig. 5, 6 and 7, from KITTI "
+        "sequences. Started "
+        "again after an interruption, it computes only what is missing.",
         epilog="examples:\n  reproduce_paper dataset/sequences/00 --out out/paper\n"
-               "  reproduce_paper dataset --sequences 00 02 --out out/paper --skip_sweeps")
-    parser.add_argument("folder", metavar="KITTI_FOLDER", help="one sequence, or the benchmark's root (sequences/, poses/)")
+        "  reproduce_paper dataset --sequences 00 02 --out out/paper --skip_sweeps",
+    )
+    parser.add_argument(
+        "folder", metavar="KITTI_FOLDER", help="one sequence, or the benchmark's root (sequences/, poses/)"
+    )
     parser.add_argument("--sequences", nargs="+", metavar="NN", help="sequences of the root")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for runs, table.txt and figures")
     parser.add_argument("--max-frames", type=int, metavar="N", help="only the first N frames")
-    parser.add_argument("--skip_sweeps", action="store_true", help="leave out Fig. 6 and 7, which take most of the time")
-    parser.add_argument("--sweep_systems", nargs="+", choices=[system.name for system in SYSTEMS], default=["orb"],
-                        help="systems whose parameters are swept (default: orb)")
-    parser.add_argument("--inject_energy", default="0.05:0.5:0.05", help="values of Fig. 6 (default %(default)s)")
+    parser.add_argument(
+        "--skip_sweeps", action="store_true", help="leave out Fig. 6 and 7, which take most of the time"
+    )
+    parser.add_argument(
+        "--sweep_systems",
+        nargs="+",
+        choices=[system.name for system in SYSTEMS],
+        default=["orb"],
+        help="systems whose parameters are swept (default: orb)",
+    )
+    parser.add_argument(
+        "--inject_energy", default="0.05:0.5:0.05", help="values of Fig. 6 (default %(default)s)"
+    )
     parser.add_argument("--cell_size", default="0.5:4:0.5", help="values of Fig. 7 (default %(default)s)")
-    parser.add_argument("--jobs", type=int, metavar="N", help="runs at a time in the sweeps (default: one for each core)")
-    parser.add_argument("--config_dir", metavar="DIR", help="folder with kitti.yaml and kitti_orb.yaml, if not the shipped one")
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="runs at a time in the sweeps (default: one for each core)"
+    )
+    parser.add_argument(
+        "--config_dir",
+        metavar="DIR",
+        help="folder with kitti.yaml and kitti_orb.yaml, if not the shipped one",
+    )
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
     arguments = parser.parse_args(argv)
-    values = {key: sweep.parse_vary(f"{key}={text}")[1] for (_, key), text in
-              zip(SWEEPS, (arguments.inject_energy, arguments.cell_size))}
+    values = {
+        key: sweep.parse_vary(f"{key}={text}")[1]
+        for (_, key), text in zip(SWEEPS, (arguments.inject_energy, arguments.cell_size))
+    }
     program = runner.find(arguments.ratslam_run)
-    reproductions = [Reproduction(name, folder, arguments, program)
-                     for name, folder in sequence_folders(arguments.folder, arguments.sequences)]
+    reproductions = [
+        Reproduction(name, folder, arguments, program)
+        for name, folder in sequence_folders(arguments.folder, arguments.sequences)
+    ]
     rows = [["sequence", "metric", "system", *FIGURES, "coverage"]]
     pyplot = plotting.load()
     for reproduction in reproductions:
         results = {system.name: reproduction.run(system) for system in SYSTEMS}
         rows += table_rows(reproduction.name, results)
-        figure = error_plots.errors_figure(pyplot, [results[system.name]["APE"] for system in SYSTEMS],
-                                           f"APE on {reproduction.name}", "APE [m]")
+        figure = error_plots.errors_figure(
+            pyplot,
+            [results[system.name]["APE"] for system in SYSTEMS],
+            f"APE on {reproduction.name}",
+            "APE [m]",
+        )
         plotting.finish(pyplot, figure, os.path.join(arguments.out, f"fig5_{reproduction.name}.png"))
     text = f"{format_table(rows)}\n\n{NOTE}"
     print(text)

@@ -10,11 +10,22 @@ from ratslam_tools.table import format_table
 
 def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -> None:
     """Where the truth comes from."""
-    parser.add_argument("--truth", metavar="FILE", required=required,
-                        help="true trajectory: TUM or KITTI file, KITTI sequence folder, or bag with a topic ground_truth")
-    parser.add_argument("--times", metavar="FILE", help="times.txt of KITTI poses, if it does not lie beside them")
-    parser.add_argument("--t_max_diff", type=float, default=0.01, metavar="S",
-                        help="largest difference of matched stamps (0.01 s)")
+    parser.add_argument(
+        "--truth",
+        metavar="FILE",
+        required=required,
+        help="true trajectory: TUM or KITTI file, KITTI sequence folder, or bag with a topic ground_truth",
+    )
+    parser.add_argument(
+        "--times", metavar="FILE", help="times.txt of KITTI poses, if it does not lie beside them"
+    )
+    parser.add_argument(
+        "--t_max_diff",
+        type=float,
+        default=0.01,
+        metavar="S",
+        help="largest difference of matched stamps (0.01 s)",
+    )
 
 
 def aligned_run(arguments) -> run_figures.Aligned:
@@ -26,11 +37,16 @@ def aligned_run(arguments) -> run_figures.Aligned:
 def main(argv=None) -> None:
     """plot_run."""
     parser = argparse.ArgumentParser(
-        prog="plot_run", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Pictures of a folder that ratslam_run left: map with truth, online and final trajectory and loop "
-                    "links; view cells, experiences and pose cells over time; timing. Prints the APE if there is a truth.",
-        epilog="examples:\n  plot_run out/kitti_00\n  plot_run out/kitti_00 --truth dataset/sequences/00 --out run.pdf\n"
-               "  plot_run out/demo --truth out/demo/truth.tum --map_only --out map.png")
+        prog="plot_run",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Pictures of a folder that ratslam_run left: map with truth, online and final "
+        "trajectory and loop "
+        "links; view cells, experiences and pose cells over time; timing. Prints the APE if there is a "
+        "truth.",
+        epilog="examples:\n  plot_run out/kitti_00\n  plot_run out/kitti_00 --truth dataset/sequences/00 "
+        "--out run.pdf\n"
+        "  plot_run out/demo --truth out/demo/truth.tum --map_only --out map.png",
+    )
     parser.add_argument("folder", metavar="DIR", help="folder that ratslam_run left")
     add_truth_options(parser)
     parser.add_argument("--out", metavar="FILE", help="picture to write, .png or .pdf (default: DIR/run.png)")
@@ -45,6 +61,12 @@ def main(argv=None) -> None:
         print("APE, aligned (rotation, translation, scale)")
         print(format_table(run_figures.error_rows(aligned)))
     if arguments.save_results:
-        evaluation.write_json(arguments.save_results, {"metric": "ape", "reference": arguments.truth,
-                                                       "results": [result.record() for result in aligned.results]})
+        evaluation.write_json(
+            arguments.save_results,
+            {
+                "metric": "ape",
+                "reference": arguments.truth,
+                "results": [result.record() for result in aligned.results],
+            },
+        )
     print(f"wrote {path}")

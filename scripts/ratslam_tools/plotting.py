@@ -11,7 +11,9 @@ ERROR_MAP = "viridis"
 
 
 def load(show: bool = False):
-    """matplotlib.pyplot, drawing into files unless a window is asked for. @throws InputError without a display."""
+    """matplotlib.pyplot, drawing into files unless a window is asked for. @throws InputError without a
+    display.
+    """
     import matplotlib
 
     if show and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
@@ -24,12 +26,14 @@ def load(show: bool = False):
 
 
 def coloured_line(axes, x, y, ends, values, largest: float):
-    """A path (x, y) whose stretch up to each pose of `ends` has the colour of its value; returns the artist."""
+    """A path (x, y) whose stretch up to each pose of `ends` has the colour of its value; returns the
+    artist.
+    """
     from matplotlib.collections import LineCollection
 
     points = np.column_stack([x, y])
     starts = np.concatenate([[0], ends[:-1]]).astype(int)
-    stretches = [points[start:end + 1] for start, end in zip(starts, ends) if end > start]
+    stretches = [points[start : end + 1] for start, end in zip(starts, ends) if end > start]
     colours = [value for start, end, value in zip(starts, ends, values) if end > start]
     lines = LineCollection(stretches, cmap=ERROR_MAP, linewidths=2.2)
     lines.set_array(np.array(colours))
@@ -52,12 +56,23 @@ def finish(pyplot, figure, path=None, show: bool = False, dpi: int = 130) -> Non
 
 
 def scale_bar(axes) -> None:
-    """A bar of a round length (1, 2 or 5 times a power of ten), about a fifth of the width, in the lower left corner."""
+    """A bar of a round length (1, 2 or 5 times a power of ten), about a fifth of the width, in the lower left
+    corner.
+    """
     from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
     low, high = axes.get_xlim()
     room = (high - low) / 5
     power = 10.0 ** np.floor(np.log10(room))
     length = power * max(factor for factor in (1, 2, 5) if factor * power <= room)
-    axes.add_artist(AnchoredSizeBar(axes.transData, length, f"{length:g} m", "lower left", pad=0.6, frameon=True,
-                                    size_vertical=(high - low) / 300))
+    axes.add_artist(
+        AnchoredSizeBar(
+            axes.transData,
+            length,
+            f"{length:g} m",
+            "lower left",
+            pad=0.6,
+            frameon=True,
+            size_vertical=(high - low) / 300,
+        )
+    )

@@ -32,7 +32,8 @@ class Progress:
         filled = self.WIDTH * self.done // max(self.total, 1)
         rate = self.done / elapsed if elapsed > 0 else 0.0
         left = f"{(self.total - self.done) / rate:.0f} s left" if rate > 0 else "-"
-        return f"{self.what} [{'#' * filled}{'.' * (self.WIDTH - filled)}] {self.done}/{self.total}  {rate:.3g}/s  {left}   "
+        bar = "#" * filled + "." * (self.WIDTH - filled)
+        return f"{self.what} [{bar}] {self.done}/{self.total}  {rate:.3g}/s  {left}   "
 
     def close(self) -> None:
         """Leaves the line."""

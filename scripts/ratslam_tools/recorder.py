@@ -1,7 +1,8 @@
 """The folder that the Android dataset recorder leaves: images, IMU and GPS with Unix times in milliseconds.
 
-CSV without heads. Newer: data_image.txt (ms, path), data_imu.txt (ms, ax, ay, az [m/s^2], gx, gy, gz [rad/s]),
-data_gps.txt (ms, latitude, longitude [deg], altitude, accuracy [m], bearing [deg], speed [m/s], provider).
+CSV without heads. Newer: data_image.txt (ms, path), data_imu.txt (ms, ax, ay, az [m/s^2], gx, gy, gz
+[rad/s]), data_gps.txt (ms, latitude, longitude [deg], altitude, accuracy [m], bearing [deg], speed [m/s],
+provider).
 Older: imu_data.txt and gps_data.txt, no index of images, which are named by nanoseconds.
 Times are those of the phone's callbacks: they jitter, repeat, and may be out of order.
 """
@@ -17,25 +18,33 @@ from ratslam_tools import geodesy, geometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory
 
-FILES = {"image": ("data_image.txt",), "imu": ("data_imu.txt", "imu_data.txt"), "gps": ("data_gps.txt", "gps_data.txt")}
+FILES = {
+    "image": ("data_image.txt",),
+    "imu": ("data_imu.txt", "imu_data.txt"),
+    "gps": ("data_gps.txt", "gps_data.txt"),
+}
 IMAGE_ENDINGS = (".jpeg", ".jpg", ".png")
-NANOSECONDS_PER_MS = 10 ** 6
+NANOSECONDS_PER_MS = 10**6
 # A number of this many digits cannot be Unix milliseconds before the year 5138.
 NANOSECOND_DIGITS = 15
-MIN_SPEED_FOR_BEARING = 1.0   # [m/s]; a phone's bearing is noise below it
+MIN_SPEED_FOR_BEARING = 1.0  # [m/s]; a phone's bearing is noise below it
 
 
 @dataclass
 class Recording:
-    """One recording; stamps in nanoseconds since 1970, increasing. `dropped` counts what was left out, by reason."""
+    """One recording; stamps in nanoseconds since 1970, increasing. `dropped` counts what was left out, by
+    reason.
+    """
 
     folder: str
     images: List[str] = field(default_factory=list)
     image_stamps: List[int] = field(default_factory=list)
     imu_stamps: List[int] = field(default_factory=list)
-    imu: np.ndarray = field(default_factory=lambda: np.zeros((0, 6)))     # ax ay az gx gy gz
+    imu: np.ndarray = field(default_factory=lambda: np.zeros((0, 6)))  # ax ay az gx gy gz
     gps_stamps: List[int] = field(default_factory=list)
-    gps: np.ndarray = field(default_factory=lambda: np.zeros((0, 6)))     # latitude longitude altitude accuracy bearing speed
+    gps: np.ndarray = field(
+        default_factory=lambda: np.zeros((0, 6))
+    )  # latitude longitude altitude accuracy bearing speed
     dropped: Counter = field(default_factory=Counter)
 
 
@@ -70,7 +79,9 @@ def stamp_of(digits: str) -> int:
 
 
 def read(folder: str) -> Recording:
-    """Reads a recording of either form. @throws InputError if the folder is none, or has no image that exists."""
+    """Reads a recording of either form. @throws InputError if the folder is none, or has no image that
+    exists.
+    """
     if not os.path.isdir(folder):
         raise InputError(f"{folder}: no such folder")
     recording = Recording(folder)
@@ -93,14 +104,19 @@ def read_gps_log(path: str) -> Recording:
 def _read_images(recording: Recording) -> None:
     index = _path(recording.folder, "image")
     if index is not None:
-        found = [(stamp_of(words[0]), os.path.join(recording.folder, words[1]))
-                 for words in _rows(index, 2, recording.dropped, "image")]
+        found = [
+            (stamp_of(words[0]), os.path.join(recording.folder, words[1]))
+            for words in _rows(index, 2, recording.dropped, "image")
+        ]
     else:
         inside = os.path.join(recording.folder, "images")
         inside = inside if os.path.isdir(inside) else recording.folder
         names = [os.path.splitext(name) for name in os.listdir(inside)]
-        found = [(stamp_of(stem), os.path.join(inside, stem + ending)) for stem, ending in names
-                 if ending.lower() in IMAGE_ENDINGS and stem.isdigit()]
+        found = [
+            (stamp_of(stem), os.path.join(inside, stem + ending))
+            for stem, ending in names
+            if ending.lower() in IMAGE_ENDINGS and stem.isdigit()
+        ]
     last = -1
     for stamp, path in sorted(found):
         if not os.path.isfile(path):
@@ -117,11 +133,13 @@ def _read_images(recording: Recording) -> None:
 
 
 def _numbers(rows: list, count: int, dropped: Counter, what: str):
-    """(stamp, numbers) of rows sorted by time; rows with words that are no finite numbers are counted and left out."""
+    """(stamp, numbers) of rows sorted by time; rows with words that are no finite numbers are counted and
+    left out.
+    """
     found = []
     for words in rows:
         try:
-            numbers = [float(word) for word in words[1:1 + count]]
+            numbers = [float(word) for word in words[1 : 1 + count]]
         except ValueError:
             numbers = []
         numbers += [np.nan] * (count - len(numbers))
@@ -152,9 +170,16 @@ def _read_gps(recording: Recording, path: Optional[str]) -> None:
         return
     last = -1
     fixes = []
-    for stamp, numbers in _numbers(_rows(path, 5, recording.dropped, "GPS"), 6, recording.dropped, "GPS fixes"):
+    for stamp, numbers in _numbers(
+        _rows(path, 5, recording.dropped, "GPS"), 6, recording.dropped, "GPS fixes"
+    ):
         latitude, longitude = numbers[:2]
-        if not np.isfinite(numbers[:3]).all() or abs(latitude) > 90 or abs(longitude) > 180 or latitude == longitude == 0:
+        if (
+            not np.isfinite(numbers[:3]).all()
+            or abs(latitude) > 90
+            or abs(longitude) > 180
+            or latitude == longitude == 0
+        ):
             recording.dropped["GPS fix without a position"] += 1
         elif stamp == last:
             recording.dropped["GPS fix with a repeated stamp"] += 1
@@ -172,7 +197,8 @@ def good_fixes(recording: Recording, max_accuracy: float) -> np.ndarray:
 
 
 def gps_track(recording: Recording, rows: np.ndarray) -> Trajectory:
-    """Path of the given fixes in East-North-Up about the first of them; x of the body points along the bearing.
+    """Path of the given fixes in East-North-Up about the first of them; x of the body points along the
+    bearing.
 
     Where the phone is too slow to have a bearing, the last one holds; before the first, the first.
     """

@@ -13,7 +13,8 @@ from ratslam_tools.trajectory import write_tum
 
 ROTATIONS = (0, 90, 180, 270)
 JPEG_QUALITY = 95
-# Android's accuracy is the radius that holds 68% of fixes; of a round 2D Gaussian that is 1.51 standard deviations.
+# Android's accuracy is the radius that holds 68% of fixes; of a round 2D Gaussian that is 1.51 standard
+# deviations.
 SIGMA_PER_ACCURACY = 1 / 1.5096
 
 
@@ -22,16 +23,22 @@ def rotated_jpeg(image: np.ndarray, degrees: int) -> bytes:
     import cv2
 
     turns = {90: cv2.ROTATE_90_CLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_COUNTERCLOCKWISE}
-    _, data = cv2.imencode(".jpg", cv2.rotate(image, turns[degrees]), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    _, data = cv2.imencode(
+        ".jpg", cv2.rotate(image, turns[degrees]), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+    )
     return data.tobytes()
 
 
 def imu_message(head, sample):
-    """sensor_msgs/Imu of (ax, ay, az [m/s^2], gx, gy, gz [rad/s]) in the phone's axes; orientation is not known."""
+    """sensor_msgs/Imu of (ax, ay, az [m/s^2], gx, gy, gz [rad/s]) in the phone's axes; orientation is not
+    known.
+    """
     from geometry_msgs.msg import Vector3
     from sensor_msgs.msg import Imu
 
-    message = Imu(header=head, linear_acceleration=Vector3(*sample[:3]), angular_velocity=Vector3(*sample[3:]))
+    message = Imu(
+        header=head, linear_acceleration=Vector3(*sample[:3]), angular_velocity=Vector3(*sample[3:])
+    )
     message.orientation_covariance[0] = -1.0
     return message
 
@@ -52,18 +59,27 @@ def fix_message(head, fix):
 
 def other_messages(recording: recorder.Recording, track) -> list:
     """(stamp, topic, message) of IMU, GPS and truth, sorted by stamp."""
-    messages = [(stamp, "imu", imu_message(bags.header(stamp, "imu", index), sample))
-                for index, (stamp, sample) in enumerate(zip(recording.imu_stamps, recording.imu))]
-    messages += [(stamp, "gps", fix_message(bags.header(stamp, "gps", index), fix))
-                 for index, (stamp, fix) in enumerate(zip(recording.gps_stamps, recording.gps))]
+    messages = [
+        (stamp, "imu", imu_message(bags.header(stamp, "imu", index), sample))
+        for index, (stamp, sample) in enumerate(zip(recording.imu_stamps, recording.imu))
+    ]
+    messages += [
+        (stamp, "gps", fix_message(bags.header(stamp, "gps", index), fix))
+        for index, (stamp, fix) in enumerate(zip(recording.gps_stamps, recording.gps))
+    ]
     if track is not None:
         stamps = [int(value) for value in np.rint(track.stamps * 1e9)]
-        messages += [(stamp, "ground_truth", message) for stamp, message in bags.ground_truth_messages(track, stamps)]
+        messages += [
+            (stamp, "ground_truth", message) for stamp, message in bags.ground_truth_messages(track, stamps)
+        ]
     return sorted(messages, key=lambda item: item[0])
 
 
-def convert(recording: recorder.Recording, path: str, root: str, camera: calibration.Calibration, rotate: int, track) -> int:
-    """Writes the bag; returns how many images. Unreadable images are counted in recording.dropped and left out.
+def convert(
+    recording: recorder.Recording, path: str, root: str, camera: calibration.Calibration, rotate: int, track
+) -> int:
+    """Writes the bag; returns how many images. Unreadable images are counted in recording.dropped and left
+    out.
 
     @throws InputError if an image's size is not the calibration's, or none is readable.
     """
@@ -75,7 +91,12 @@ def convert(recording: recorder.Recording, path: str, root: str, camera: calibra
     following = written = 0
     with bags.writing(path) as bag:
         first = min([recording.image_stamps[0]] + [others[0][0]] * bool(others))
-        bags.write(bag, "/tf_static", bags.static_transform(first, "base_link", "camera", geometry.CAMERA_TO_BASE), first)
+        bags.write(
+            bag,
+            "/tf_static",
+            bags.static_transform(first, "base_link", "camera", geometry.CAMERA_TO_BASE),
+            first,
+        )
         for stamp, file in zip(recording.image_stamps, recording.images):
             while following < len(others) and others[following][0] <= stamp:
                 bags.write(bag, prefix + others[following][1], others[following][2], others[following][0])
@@ -88,8 +109,11 @@ def convert(recording: recorder.Recording, path: str, root: str, camera: calibra
                 continue
             height, width = image.shape[:2] if rotate in (0, 180) else image.shape[1::-1]
             if (width, height) != (camera.width, camera.height):
-                raise InputError(f"{file}: {width}x{height} px{' after rotation' if rotate else ''}; the calibration is of "
-                                 f"{camera.width}x{camera.height}")
+                raise InputError(
+                    f"{file}: {width}x{height} px{' after rotation' if rotate else ''}; the calibration is "
+                    f"of "
+                    f"{camera.width}x{camera.height}"
+                )
             head = bags.header(stamp, "camera", written)
             if rotate == 0:
                 message = bags.compressed_image(head, file)
@@ -110,33 +134,57 @@ def convert(recording: recorder.Recording, path: str, root: str, camera: calibra
 def main(argv=None) -> None:
     """recorder_to_bag."""
     parser = argparse.ArgumentParser(
-        prog="recorder_to_bag", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="A folder of the Android dataset recorder as a bag: camera/image/compressed, camera/camera_info, imu, gps "
-                    "(NavSatFix), ground_truth (nav_msgs/Odometry from GPS in East-North-Up), and the camera on /tf_static.",
+        prog="recorder_to_bag",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="A folder of the Android dataset recorder as a bag: camera/image/compressed, "
+        "camera/camera_info, imu, gps "
+        "(NavSatFix), ground_truth (nav_msgs/Odometry from GPS in East-North-Up), and the camera on "
+        "/tf_static.",
         epilog="examples:\n  recorder_to_bag '23-05-14 10:31:07' nn.bag --calibration phone.yaml\n"
-               "  recorder_to_bag 23-05-14-10-31-07 nn.bag --calibration phone.yaml --rotate 90 --gps_tum gps.tum")
+        "  recorder_to_bag 23-05-14-10-31-07 nn.bag --calibration phone.yaml --rotate 90 --gps_tum gps.tum",
+    )
     parser.add_argument("folder", help="the recorder's folder")
     parser.add_argument("bag", help="bag file to write")
-    parser.add_argument("--calibration", required=True, metavar="YAML",
-                        help="camera intrinsics, as in config/calibration/phone_example.yaml")
-    parser.add_argument("--root", default="nn", help="name that all topics are put under; '' for none (default: nn)")
-    parser.add_argument("--rotate", type=int, choices=ROTATIONS, default=0, help="turn images clockwise by so many degrees")
-    parser.add_argument("--max_accuracy", type=float, default=20.0, metavar="M",
-                        help="fixes with a worse stated accuracy are no ground truth (default 20 m)")
-    parser.add_argument("--gps_tum", metavar="FILE", help="also write the GPS track (the same as ground_truth) as TUM")
+    parser.add_argument(
+        "--calibration",
+        required=True,
+        metavar="YAML",
+        help="camera intrinsics, as in config/calibration/phone_example.yaml",
+    )
+    parser.add_argument(
+        "--root", default="nn", help="name that all topics are put under; '' for none (default: nn)"
+    )
+    parser.add_argument(
+        "--rotate", type=int, choices=ROTATIONS, default=0, help="turn images clockwise by so many degrees"
+    )
+    parser.add_argument(
+        "--max_accuracy",
+        type=float,
+        default=20.0,
+        metavar="M",
+        help="fixes with a worse stated accuracy are no ground truth (default 20 m)",
+    )
+    parser.add_argument(
+        "--gps_tum", metavar="FILE", help="also write the GPS track (the same as ground_truth) as TUM"
+    )
     arguments = parser.parse_args(argv)
     camera = calibration.read(arguments.calibration)
     recording = recorder.read(arguments.folder)
     rows = recorder.good_fixes(recording, arguments.max_accuracy)
     track = recorder.gps_track(recording, rows) if len(rows) else None
     if arguments.gps_tum and track is None:
-        raise InputError(f"{arguments.folder}: none of its {len(recording.gps)} GPS fixes is accurate to "
-                         f"{arguments.max_accuracy:g} m: no track to write")
+        raise InputError(
+            f"{arguments.folder}: none of its {len(recording.gps)} GPS fixes is accurate to "
+            f"{arguments.max_accuracy:g} m: no track to write"
+        )
     written = convert(recording, arguments.bag, arguments.root, camera, arguments.rotate, track)
     if arguments.gps_tum:
         write_tum(arguments.gps_tum, track)
-    print(f"{os.path.basename(arguments.bag)}: {written} images, {len(recording.imu)} IMU samples, {len(recording.gps)} GPS "
-          f"fixes, {len(rows)} of them accurate to {arguments.max_accuracy:g} m")
+    print(
+        f"{os.path.basename(arguments.bag)}: {written} images, {len(recording.imu)} IMU samples, "
+        f"{len(recording.gps)} GPS "
+        f"fixes, {len(rows)} of them accurate to {arguments.max_accuracy:g} m"
+    )
     for reason, count in sorted(recording.dropped.items()):
         if count:
             print(f"note: {reason}: {count}")

@@ -1,4 +1,6 @@
-"""report: one self-contained HTML page about one run. Figures are embedded; nothing is fetched when it is opened."""
+"""report: one self-contained HTML page about one run. Figures are embedded; nothing is fetched when it is
+opened.
+"""
 
 import argparse
 import base64
@@ -11,8 +13,8 @@ from ratslam_tools.errors import InputError
 from ratslam_tools.table import html_table
 
 STYLE = """
-body { font: 15px/1.5 system-ui, "DejaVu Sans", sans-serif; color: #222; background: #fff; max-width: 62rem; margin: 2rem auto;
-       padding: 0 1rem; }
+body { font: 15px/1.5 system-ui, "DejaVu Sans", sans-serif; color: #222; background: #fff; max-width: 62rem;
+       margin: 2rem auto; padding: 0 1rem; }
 h1 { font-size: 1.7rem; border-bottom: 2px solid #0060a8; padding-bottom: .3rem; }
 h2 { font-size: 1.2rem; margin-top: 2.2rem; }
 figure { margin: 1rem 0; break-inside: avoid; }
@@ -42,14 +44,20 @@ def embedded(figure, caption: str) -> str:
     plotting.load().close(figure)
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
     text = html.escape(caption)
-    return (f'<figure><img alt="{text}" src="data:image/png;base64,{data}">'
-            f"<figcaption>{text}</figcaption></figure>")
+    return (
+        f'<figure><img alt="{text}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{text}</figcaption></figure>"
+    )
 
 
 def flatten(value, prefix: str = "") -> list:
     """(dotted key, text) of everything in a nested dict or list."""
     if isinstance(value, dict):
-        return [row for key, entry in value.items() for row in flatten(entry, f"{prefix}.{key}" if prefix else str(key))]
+        return [
+            row
+            for key, entry in value.items()
+            for row in flatten(entry, f"{prefix}.{key}" if prefix else str(key))
+        ]
     if isinstance(value, list) and any(isinstance(entry, (dict, list)) for entry in value):
         return [row for index, entry in enumerate(value) for row in flatten(entry, f"{prefix}[{index}]")]
     if isinstance(value, float):
@@ -64,14 +72,22 @@ def sections(aligned: run_figures.Aligned) -> list:
     run = aligned.run
     parts = [f"<h1>{html.escape(run.name)}</h1>"]
     if aligned.results:
-        parts += ["<h2>Error</h2>", html_table(run_figures.error_rows(aligned)),
-                  "<p>Absolute pose error against the truth after alignment by rotation, translation and scale. <em>online</em> "
-                  "is what was known at the time, <em>final</em> the finished map's opinion of the whole path; <em>ground</em> "
-                  "is the same projected to the ground plane.</p>"]
+        parts += [
+            "<h2>Error</h2>",
+            html_table(run_figures.error_rows(aligned)),
+            "<p>Absolute pose error against the truth after alignment by rotation, translation and scale. "
+            "<em>online</em> "
+            "is what was known at the time, <em>final</em> the finished map's opinion of the whole path; "
+            "<em>ground</em> "
+            "is the same projected to the ground plane.</p>",
+        ]
     parts += ["<h2>Map</h2>", embedded(run_figures.map_figure(aligned), map_caption(aligned))]
     if aligned.results:
         figure = error_plots.errors_figure(plotting.load(), aligned.results, "", "APE [m]")
-        parts += ["<h2>Error along the path</h2>", embedded(figure, "Trajectories coloured by APE, and APE over time.")]
+        parts += [
+            "<h2>Error along the path</h2>",
+            embedded(figure, "Trajectories coloured by APE, and APE over time."),
+        ]
     others = run_figures.panels(run)
     if others:
         parts.append("<h2>Over time</h2>")
@@ -100,24 +116,32 @@ def map_caption(aligned: run_figures.Aligned) -> str:
         text = "Truth, final and online trajectory, each aligned to the truth"
     if aligned.run.map is not None:
         count = len(aligned.run.map.nodes["id"])
-        text += f"; {count} experiences, {len(aligned.run.map.ends)} links, {len(aligned.run.map.loop_ends)} of them by recall"
+        links, loops = len(aligned.run.map.ends), len(aligned.run.map.loop_ends)
+        text += f"; {count} experiences, {links} links, {loops} of them by recall"
     return text + "."
 
 
 def page(aligned: run_figures.Aligned) -> str:
     """The whole HTML document."""
     body = "\n".join(sections(aligned))
-    return ('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f"<title>{html.escape(aligned.run.name)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n")
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{html.escape(aligned.run.name)}</title>\n<style>{STYLE}</style>\n</head>\n"
+        f"<body>\n{body}\n</body>\n</html>\n"
+    )
 
 
 def main(argv=None) -> None:
     """report."""
     parser = argparse.ArgumentParser(
-        prog="report", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="One self-contained HTML page about a folder that ratslam_run left: errors, figures, parameters, timing.",
-        epilog="examples:\n  report out/kitti_00\n  report out/kitti_00 --truth dataset/sequences/00 --out kitti_00.html")
+        prog="report",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="One self-contained HTML page about a folder that ratslam_run left: errors, figures, "
+        "parameters, timing.",
+        epilog="examples:\n  report out/kitti_00\n  report out/kitti_00 --truth dataset/sequences/00 --out "
+        "kitti_00.html",
+    )
     parser.add_argument("folder", metavar="DIR", help="folder that ratslam_run left")
     plot_run.add_truth_options(parser)
     parser.add_argument("--out", metavar="FILE", help="page to write (default: DIR/report.html)")

@@ -1,4 +1,6 @@
-"""Figures of one run: the map with truth and loop links, view cells and experiences over time, pose cells, timing."""
+"""Figures of one run: the map with truth and loop links, view cells and experiences over time, pose cells,
+timing.
+"""
 
 import numpy as np
 
@@ -13,8 +15,8 @@ MAX_LINKS_OPAQUE = 200
 class Aligned:
     """A run brought onto its truth by similarity; without truth everything stays in the map's frame.
 
-    `final`, `online`: positions (n, 3) [m]; `nodes`: of the map, by the final trajectory's alignment; `results`: APE, in the
-    order of run.trajectories, empty without truth.
+    `final`, `online`: positions (n, 3) [m]; `nodes`: of the map, by the final trajectory's alignment;
+    `results`: APE, in the order of run.trajectories, empty without truth.
     """
 
     def __init__(self, run: Run, truth=None, t_max_diff: float = MAX_STAMP_DIFFERENCE_S):
@@ -25,8 +27,9 @@ class Aligned:
         if run.map is not None:
             nodes = np.column_stack([run.map.nodes[key] for key in ("x", "y", "z")])
         if truth is not None:
-            settings = comparison.Settings(align=True, correct_scale=True, t_max_diff=t_max_diff, ref_frame="base",
-                                           est_frame="base")
+            settings = comparison.Settings(
+                align=True, correct_scale=True, t_max_diff=t_max_diff, ref_frame="base", est_frame="base"
+            )
             self.results = evaluation.evaluate_ape(truth, run.trajectories, settings)
             for trajectory, result in zip(run.trajectories, self.results):
                 self.paths[trajectory.name] = result.compared.alignment.apply(trajectory).positions
@@ -40,14 +43,24 @@ def draw_map(axes, aligned: Aligned) -> None:
     """Truth, online and final trajectory, experiences and loop links; equal axes and a scale bar."""
     if aligned.truth is not None:
         truth = aligned.truth.positions
-        axes.plot(truth[:, 0], truth[:, 1], color=plotting.TRUTH, linewidth=1.2, linestyle="--", label="truth")
+        axes.plot(
+            truth[:, 0], truth[:, 1], color=plotting.TRUTH, linewidth=1.2, linestyle="--", label="truth"
+        )
     for name, colour, width in (("online", plotting.ONLINE, 1.0), ("final", plotting.FINAL, 1.6)):
         if name in aligned.paths:
             path = aligned.paths[name]
             axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=width, label=name)
     start = aligned.paths["final"][0]
-    axes.plot(start[0], start[1], marker="o", color=plotting.FINAL, markersize=7, markeredgecolor="white", linestyle="none",
-              label="start")
+    axes.plot(
+        start[0],
+        start[1],
+        marker="o",
+        color=plotting.FINAL,
+        markersize=7,
+        markeredgecolor="white",
+        linestyle="none",
+        label="start",
+    )
     if aligned.nodes is not None:
         draw_loop_links(axes, aligned)
     axes.set_aspect("equal", adjustable="datalim")
@@ -68,11 +81,26 @@ def draw_loop_links(axes, aligned: Aligned) -> None:
         return
     points = aligned.nodes[:, :2]
     alpha = 0.9 if len(ends) <= MAX_LINKS_OPAQUE else 0.4
-    lines = LineCollection(points[ends], colors=plotting.LINK, linewidths=1.0, alpha=alpha, zorder=4,
-                           label=f"loop links ({len(ends)})")
+    lines = LineCollection(
+        points[ends],
+        colors=plotting.LINK,
+        linewidths=1.0,
+        alpha=alpha,
+        zorder=4,
+        label=f"loop links ({len(ends)})",
+    )
     axes.add_collection(lines)
     dots = points[np.unique(ends)]
-    axes.plot(dots[:, 0], dots[:, 1], color=plotting.LINK, marker=".", markersize=7, linestyle="none", alpha=alpha, zorder=4)
+    axes.plot(
+        dots[:, 0],
+        dots[:, 1],
+        color=plotting.LINK,
+        marker=".",
+        markersize=7,
+        linestyle="none",
+        alpha=alpha,
+        zorder=4,
+    )
 
 
 def draw_templates(axes, run: Run) -> None:
@@ -101,8 +129,14 @@ def draw_experiences(axes, run: Run) -> None:
     acted = actions["action"] > 0
     axes.plot(time[acted], actions["dest_id"][acted], ".", color=plotting.FINAL, markersize=2, label="active")
     linked = actions["action"] == 2
-    axes.plot(time[linked], actions["dest_id"][linked], ".", color=plotting.LINK, markersize=4,
-              label=f"linked ({int(linked.sum())})")
+    axes.plot(
+        time[linked],
+        actions["dest_id"][linked],
+        ".",
+        color=plotting.LINK,
+        markersize=4,
+        label=f"linked ({int(linked.sum())})",
+    )
     _over_time(axes, "experience")
     axes.legend(loc="best", fontsize=8, markerscale=3)
 
@@ -160,7 +194,9 @@ def map_figure(aligned: Aligned):
 
 
 def map_picture(folder: str, path: str, truth=None) -> Aligned:
-    """Writes the map of a run folder, with a truth (base convention) if given; returns what was drawn, with its errors."""
+    """Writes the map of a run folder, with a truth (base convention) if given; returns what was drawn, with
+    its errors.
+    """
     aligned = Aligned(Run(folder), truth)
     plotting.finish(plotting.load(), map_figure(aligned), path)
     return aligned
@@ -171,7 +207,9 @@ def overview_figure(aligned: Aligned):
     pyplot = plotting.load()
     others = panels(aligned.run)
     figure = pyplot.figure(figsize=(16, 10) if others else (10, 10), constrained_layout=True)
-    grid = figure.add_gridspec(max(len(others), 1), 2 if others else 1, width_ratios=[1.25, 1] if others else [1])
+    grid = figure.add_gridspec(
+        max(len(others), 1), 2 if others else 1, width_ratios=[1.25, 1] if others else [1]
+    )
     axes = figure.add_subplot(grid[:, 0])
     draw_map(axes, aligned)
     axes.set_title(error_words(aligned) or aligned.run.name)
@@ -189,6 +227,12 @@ def error_rows(aligned: Aligned) -> list:
         for label, errors in (("3D", result.errors), ("ground", result.ground_errors)):
             if errors is not None:
                 figures = metrics.statistics(errors)
-                rows.append([result.name, label, *(f"{figures[key]:.3f}" for key in ERROR_STATISTICS),
-                             f"{100 * result.compared.coverage:.1f} %"])
+                rows.append(
+                    [
+                        result.name,
+                        label,
+                        *(f"{figures[key]:.3f}" for key in ERROR_STATISTICS),
+                        f"{100 * result.compared.coverage:.1f} %",
+                    ]
+                )
     return rows

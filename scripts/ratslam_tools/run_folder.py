@@ -74,7 +74,9 @@ def read_map(path: str) -> Map:
 
 
 def _column(path: str, entries: list, key: str) -> np.ndarray:
-    """One key of all entries as numbers; keys that only scale-carrying maps have may be missing and count as 0."""
+    """One key of all entries as numbers; keys that only scale-carrying maps have may be missing and count as
+    0.
+    """
     optional = key in ("z", "log_scale", "stamp", "view_id")
     try:
         column = np.array([float(entry.get(key, 0.0) if optional else entry[key]) for entry in entries])
@@ -103,7 +105,9 @@ def read_columns(path: str) -> Dict[str, np.ndarray]:
         raise InputError(f"{path}: {error}") from None
     if len(table) and table.shape[1] != len(lines[0]):
         raise InputError(f"{path}: {table.shape[1]} columns under a head of {len(lines[0])}")
-    return {name.strip(): table[:, column] if len(table) else np.zeros(0) for column, name in enumerate(lines[0])}
+    return {
+        name.strip(): table[:, column] if len(table) else np.zeros(0) for column, name in enumerate(lines[0])
+    }
 
 
 class Run:

@@ -10,12 +10,20 @@ from ratslam_tools.errors import InputError
 
 PROGRAM = "ratslam_run"
 # Where builds leave it, from the folder above scripts/: catkin workspace, plain CMake, install space.
-BUILD_PLACES = ("devel/lib/ratslam_ros", "../../devel/lib/ratslam_ros", "../devel/lib/ratslam_ros", "build/devel/lib/ratslam_ros",
-                "build-core", "build", "../../install/lib/ratslam_ros")
+BUILD_PLACES = (
+    "devel/lib/ratslam_ros",
+    "../../devel/lib/ratslam_ros",
+    "../devel/lib/ratslam_ros",
+    "build/devel/lib/ratslam_ros",
+    "build-core",
+    "build",
+    "../../install/lib/ratslam_ros",
+)
 
 
 def find(given: Optional[str] = None) -> str:
-    """Path of ratslam_run: the given one, beside these scripts, on PATH, in an overlaid workspace, or in a build folder.
+    """Path of ratslam_run: the given one, beside these scripts, on PATH, in an overlaid workspace, or in a
+    build folder.
 
     @throws InputError saying where it was looked for.
     """
@@ -26,20 +34,33 @@ def find(given: Optional[str] = None) -> str:
         return os.path.abspath(path)
     scripts = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
     places = [scripts]
-    places += [os.path.join(prefix, "lib", "ratslam_ros") for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
-               if prefix]
+    places += [
+        os.path.join(prefix, "lib", "ratslam_ros")
+        for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
+        if prefix
+    ]
     places += [os.path.normpath(os.path.join(os.path.dirname(scripts), place)) for place in BUILD_PLACES]
     on_path = shutil.which(PROGRAM)
     candidates = ([on_path] if on_path else []) + [os.path.join(place, PROGRAM) for place in places]
     for candidate in candidates:
         if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
             return os.path.abspath(candidate)
-    raise InputError(f"{PROGRAM} was not found on PATH, in the workspaces of CMAKE_PREFIX_PATH, or in: {', '.join(places)}; "
-                     "build the package, or give --ratslam_run FILE")
+    raise InputError(
+        f"{PROGRAM} was not found on PATH, in the workspaces of CMAKE_PREFIX_PATH, or in: "
+        f"{', '.join(places)}; "
+        "build the package, or give --ratslam_run FILE"
+    )
 
 
-def command(program: str, source: str, config: str, out: str, settings: Optional[Dict[str, str]] = None,
-            odometry: Optional[str] = None, max_frames: Optional[int] = None) -> List[str]:
+def command(
+    program: str,
+    source: str,
+    config: str,
+    out: str,
+    settings: Optional[Dict[str, str]] = None,
+    odometry: Optional[str] = None,
+    max_frames: Optional[int] = None,
+) -> List[str]:
     """The command line of one run."""
     words = [program, source, "--config", config, "--out", out]
     if odometry is not None:
@@ -54,7 +75,8 @@ def command(program: str, source: str, config: str, out: str, settings: Optional
 class Runner:
     """Runs programs from several threads and can stop them all.
 
-    Each has its own session: Ctrl-C in the terminal must not let a run end early and its half result pass for a whole one.
+    Each has its own session: Ctrl-C in the terminal must not let a run end early and its half result pass for
+    a whole one.
     """
 
     def __init__(self):
@@ -63,13 +85,20 @@ class Runner:
         self._stopped = False
 
     def run(self, words: List[str]) -> None:
-        """Runs a command to its end. @throws InputError with its last line of stderr if it fails or is stopped."""
+        """Runs a command to its end. @throws InputError with its last line of stderr if it fails or is
+        stopped.
+        """
         with self._lock:
             if self._stopped:
                 raise InputError("stopped")
             try:
-                process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                           stderr=subprocess.PIPE, start_new_session=True)
+                process = subprocess.Popen(
+                    words,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.PIPE,
+                    start_new_session=True,
+                )
             except OSError as error:
                 raise InputError(f"{words[0]}: cannot be run: {error.strerror}") from None
             self._processes.append(process)
@@ -84,8 +113,10 @@ class Runner:
                 raise InputError("stopped")
         if process.returncode != 0:
             lines = messages.decode("utf-8", "replace").strip().splitlines()
-            raise InputError(f"{' '.join(words)}: exit status {process.returncode}: "
-                             f"{lines[-1] if lines else 'no message'}")
+            raise InputError(
+                f"{' '.join(words)}: exit status {process.returncode}: "
+                f"{lines[-1] if lines else 'no message'}"
+            )
 
     def stop(self) -> None:
         """Ends all running commands; those not yet started will not be."""

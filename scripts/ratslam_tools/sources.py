@@ -8,7 +8,9 @@ from ratslam_tools.trajectory import Trajectory, read_trajectory
 
 
 def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str]) -> Trajectory:
-    """The reference: a file, or a topic where `bag` is given. Its stamps may repeat (see association.associate)."""
+    """The reference: a file, or a topic where `bag` is given. Its stamps may repeat (see
+    association.associate).
+    """
     if bag is not None:
         return read_topic(bag, path)
     return read_trajectory(path, form, times, allow_repeats=True)
@@ -16,7 +18,9 @@ def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str
 
 def read_estimates(paths: List[str], form: str, times: Optional[str], bag: Optional[str]) -> List[Trajectory]:
     """The estimates, named so that no two names are equal."""
-    trajectories = [read_topic(bag, path) if bag is not None else read_trajectory(path, form, times) for path in paths]
+    trajectories = [
+        read_topic(bag, path) if bag is not None else read_trajectory(path, form, times) for path in paths
+    ]
     for trajectory, label in zip(trajectories, labels(paths)):
         trajectory.name = label
     return trajectories
@@ -33,8 +37,10 @@ def labels(paths: List[str]) -> List[str]:
 
 
 def read_topic(bag: str, topic: str) -> Trajectory:
-    """Poses of one topic of a bag (Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, or the last Path)."""
-    from ratslam_tools import bags   # ROS is needed here only
+    """Poses of one topic of a bag (Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, or the
+    last Path).
+    """
+    from ratslam_tools import bags  # ROS is needed here only
 
     if not os.path.isfile(bag):
         raise InputError(f"{bag}: no such file")

@@ -26,7 +26,9 @@ FIGURES = ("max", "mean", "median", "min", "rmse")
 
 
 def parse_vary(text: str) -> Tuple[str, List[str]]:
-    """`key=start:stop:step` (stop included) or `key=v1,v2,...` as (key, values). @throws InputError for any other form."""
+    """`key=start:stop:step` (stop included) or `key=v1,v2,...` as (key, values). @throws InputError for any
+    other form.
+    """
     key, separator, values = text.partition("=")
     key = key.strip()
     if not separator or not key:
@@ -41,7 +43,9 @@ def parse_vary(text: str) -> Tuple[str, List[str]]:
     except ValueError:
         raise InputError(f"--vary: '{text}' is not allowed: three numbers start:stop:step") from None
     if not np.isfinite([start, stop, step]).all() or step <= 0 or stop < start:
-        raise InputError(f"--vary: '{text}' is not allowed: finite numbers, step above 0 and stop not below start")
+        raise InputError(
+            f"--vary: '{text}' is not allowed: finite numbers, step above 0 and stop not below start"
+        )
     # Half a millionth of a step of slack, so that 0.05:0.5:0.05 ends with 0.5 whatever the rounding.
     count = int(np.floor((stop - start) / step + 5e-7)) + 1
     if count > MAX_RUNS:
@@ -79,8 +83,12 @@ def evaluate(folder: str, known, t_max_diff: float) -> Dict[str, Dict[str, float
 class Sweep:
     """The runs of one grid in one output folder."""
 
-    def __init__(self, words_of, points: List[Dict[str, str]], out: str, known, t_max_diff: float, keep: bool):
-        """@param words_of function (settings, folder) -> command line; @param keep leaves every run's files."""
+    def __init__(
+        self, words_of, points: List[Dict[str, str]], out: str, known, t_max_diff: float, keep: bool
+    ):
+        """@param words_of function (settings, folder) -> command line; @param keep leaves every run's
+        files.
+        """
         self.words_of, self.points, self.out = words_of, points, out
         self.known, self.t_max_diff, self.keep = known, t_max_diff, keep
         self.runner = runner.Runner()
@@ -94,7 +102,7 @@ class Sweep:
             with open(path, encoding="utf-8") as file:
                 record = json.load(file)
         except (OSError, ValueError):
-            return None   # cut off while it was written: computed anew
+            return None  # cut off while it was written: computed anew
         return record["ape"] if record.get("command") == self._command(point) else None
 
     def _command(self, point: Dict[str, str]) -> List[str]:
@@ -118,8 +126,14 @@ class Sweep:
         return figures
 
     def run(self, jobs: int):
-        """All points, `jobs` at a time; (figures by index of the point, messages of the points that failed)."""
-        found = {index: figures for index, figures in ((i, self.finished(p)) for i, p in enumerate(self.points)) if figures}
+        """All points, `jobs` at a time; (figures by index of the point, messages of the points that
+        failed).
+        """
+        found = {
+            index: figures
+            for index, figures in ((i, self.finished(p)) for i, p in enumerate(self.points))
+            if figures
+        }
         failures: List[str] = []
         missing = [index for index in range(len(self.points)) if index not in found]
         progress = Progress(len(missing), f"sweep ({len(found)} done before)" if found else "sweep")
@@ -142,20 +156,25 @@ class Sweep:
 
 def write_csv(path: str, keys: List[str], points, found) -> None:
     """One row a point: the settings, then the figures of the final and the online trajectory."""
-    columns = [(name, figure) for name in ("final", "online") for figure in (*FIGURES, "ground_mean", "coverage")]
+    columns = [
+        (name, figure) for name in ("final", "online") for figure in (*FIGURES, "ground_mean", "coverage")
+    ]
     part = path + ".part"
     with open(part, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(keys + [f"{name}_{figure}" for name, figure in columns])
         for index in sorted(found):
             figures = found[index]
-            writer.writerow([points[index][key] for key in keys]
-                            + [figures.get(name, {}).get(figure, "") for name, figure in columns])
+            writer.writerow(
+                [points[index][key] for key in keys]
+                + [figures.get(name, {}).get(figure, "") for name, figure in columns]
+            )
     os.replace(part, path)
 
 
 def plot_parameter(path: str, key: str, points, found, trajectory: str = "final", mark=None) -> None:
-    """Mean APE over one parameter (the paper's Fig. 6 and 7): the best of the other parameters, and all runs as dots.
+    """Mean APE over one parameter (the paper's Fig. 6 and 7): the best of the other parameters, and all runs
+    as dots.
 
     @param mark value of the parameter to mark, or None.
     """
@@ -170,10 +189,21 @@ def plot_parameter(path: str, key: str, points, found, trajectory: str = "final"
     several = len(rows) > len(best)
     if several:
         axes.plot(values, errors, ".", color="0.6", markersize=5, label="every run")
-    axes.plot(*zip(*best), marker="o", color=plotting.FINAL, label="best of the other parameters" if several else trajectory)
+    axes.plot(
+        *zip(*best),
+        marker="o",
+        color=plotting.FINAL,
+        label="best of the other parameters" if several else trajectory,
+    )
     lowest = min(best, key=lambda item: item[1])
-    axes.annotate(f"{lowest[1]:.3g} m", lowest, textcoords="offset points", xytext=(0, -16), ha="center",
-                  color=plotting.FINAL)
+    axes.annotate(
+        f"{lowest[1]:.3g} m",
+        lowest,
+        textcoords="offset points",
+        xytext=(0, -16),
+        ha="center",
+        color=plotting.FINAL,
+    )
     if mark is not None:
         axes.axvline(mark, color="0.5", linestyle=":", label=f"in use: {mark:g}")
     if not numeric:
@@ -195,7 +225,8 @@ def _is_number(text: str) -> bool:
 
 
 def execute(words_of, varied, out: str, known, t_max_diff=0.01, jobs=None, keep=False):
-    """A whole sweep: runs, `sweep.csv`, and `ape_over_<key>.png` for each key. Returns points and figures by index.
+    """A whole sweep: runs, `sweep.csv`, and `ape_over_<key>.png` for each key. Returns points and figures by
+    index.
 
     @throws InputError if no run succeeds; the failures of some are returned as the third value.
     """
@@ -214,20 +245,33 @@ def execute(words_of, varied, out: str, known, t_max_diff=0.01, jobs=None, keep=
 def main(argv=None) -> None:
     """sweep."""
     parser = argparse.ArgumentParser(
-        prog="sweep", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Runs ratslam_run over a grid of parameters; writes sweep.csv and the mean APE over each parameter. "
-                    "Started again after an interruption, it computes only what is missing.",
-        epilog="examples:\n  sweep dataset/sequences/00 --config config/kitti.yaml --truth dataset/sequences/00 \\\n"
-               "        --vary pc_vt_inject_energy=0.05:0.5:0.05 --out out/inject\n"
-               "  sweep drive.bag --config config/kitti.yaml --truth drive.bag --vary pc_cell_x_size=0.5,1,2,4 \\\n"
-               "        --vary vt_match_threshold=0.03,0.04,0.05 --jobs 2 --out out/grid")
+        prog="sweep",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Runs ratslam_run over a grid of parameters; writes sweep.csv and the mean APE over "
+        "each parameter. "
+        "Started again after an interruption, it computes only what is missing.",
+        epilog="examples:\n  sweep dataset/sequences/00 --config config/kitti.yaml --truth "
+        "dataset/sequences/00 \\\n"
+        "        --vary pc_vt_inject_energy=0.05:0.5:0.05 --out out/inject\n"
+        "  sweep drive.bag --config config/kitti.yaml --truth drive.bag --vary pc_cell_x_size=0.5,1,2,4 \\\n"
+        "        --vary vt_match_threshold=0.03,0.04,0.05 --jobs 2 --out out/grid",
+    )
     parser.add_argument("input", metavar="INPUT", help="bag or KITTI sequence folder, as for ratslam_run")
-    parser.add_argument("--config", required=True, metavar="FILE", help="configuration the varied keys are set on top of")
+    parser.add_argument(
+        "--config", required=True, metavar="FILE", help="configuration the varied keys are set on top of"
+    )
     add_truth_options(parser, required=True)
-    parser.add_argument("--vary", action="append", required=True, metavar="KEY=VALUES",
-                        help="start:stop:step (stop included) or v1,v2,...; several make a grid")
+    parser.add_argument(
+        "--vary",
+        action="append",
+        required=True,
+        metavar="KEY=VALUES",
+        help="start:stop:step (stop included) or v1,v2,...; several make a grid",
+    )
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for runs, sweep.csv and figures")
-    parser.add_argument("--odometry", metavar="KIND", help="passed on: profile, topic, orb or an odometry CSV")
+    parser.add_argument(
+        "--odometry", metavar="KIND", help="passed on: profile, topic, orb or an odometry CSV"
+    )
     parser.add_argument("--max-frames", type=int, metavar="N", help="passed on: stop after so many frames")
     parser.add_argument("--jobs", type=int, metavar="N", help="runs at a time (default: one for each core)")
     parser.add_argument("--keep", action="store_true", help="keep every run's files, not only its figures")
@@ -240,15 +284,26 @@ def main(argv=None) -> None:
     known = truth.read_truth(arguments.truth, arguments.times)
 
     def words_of(settings, folder):
-        return runner.command(program, arguments.input, arguments.config, folder, settings, arguments.odometry,
-                              arguments.max_frames)
+        return runner.command(
+            program,
+            arguments.input,
+            arguments.config,
+            folder,
+            settings,
+            arguments.odometry,
+            arguments.max_frames,
+        )
 
-    points, found, failures = execute(words_of, varied, arguments.out, known, arguments.t_max_diff, arguments.jobs,
-                                      arguments.keep)
+    points, found, failures = execute(
+        words_of, varied, arguments.out, known, arguments.t_max_diff, arguments.jobs, arguments.keep
+    )
     best = min(found, key=lambda index: found[index]["final"]["mean"])
     figures = found[best]["final"]
-    print(f"{len(found)} of {len(points)} runs; best final APE {figures['mean']:.4g} m mean (coverage "
-          f"{100 * figures['coverage']:.1f} %) with " + ", ".join(f"{key}={value}" for key, value in points[best].items()))
+    print(
+        f"{len(found)} of {len(points)} runs; best final APE {figures['mean']:.4g} m mean (coverage "
+        f"{100 * figures['coverage']:.1f} %) with "
+        + ", ".join(f"{key}={value}" for key, value in points[best].items())
+    )
     print(f"wrote {os.path.join(arguments.out, 'sweep.csv')} and its figures")
     if failures:
         raise InputError(f"{len(failures)} of {len(points)} runs failed; the first: {failures[0]}")

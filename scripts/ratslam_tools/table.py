@@ -16,6 +16,7 @@ def format_table(rows: List[List[str]]) -> str:
 
 def html_table(rows: List[List[str]]) -> str:
     """The same as an HTML table; every cell is escaped."""
+
     def line(row, tag):
         return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in row) + "</tr>"
 

@@ -1,6 +1,7 @@
 """Trajectories: stamped (TUM) or numbered (KITTI) poses, their files, and the checks every reader makes.
 
-TUM line: `stamp x y z qx qy qz qw`; KITTI line: the 12 numbers of a row-major 3x4 pose matrix. `#` starts a comment.
+TUM line: `stamp x y z qx qy qz qw`; KITTI line: the 12 numbers of a row-major 3x4 pose matrix. `#` starts a
+comment.
 """
 
 from typing import Optional
@@ -16,7 +17,9 @@ MAX_ROTATION_DEFECT = 1e-2
 
 
 class Trajectory:
-    """Poses world <- body: positions (n, 3) [m], rotations (n, 3, 3), stamps (n,) [s] or None where poses are numbered."""
+    """Poses world <- body: positions (n, 3) [m], rotations (n, 3, 3), stamps (n,) [s] or None where poses are
+    numbered.
+    """
 
     def __init__(self, positions, rotations, stamps=None, name: str = "trajectory"):
         self.positions = np.asarray(positions, dtype=float)
@@ -29,13 +32,21 @@ class Trajectory:
 
     def select(self, rows) -> "Trajectory":
         """The poses at the given rows (index array, mask or slice)."""
-        return Trajectory(self.positions[rows], self.rotations[rows],
-                          None if self.stamps is None else self.stamps[rows], self.name)
+        return Trajectory(
+            self.positions[rows],
+            self.rotations[rows],
+            None if self.stamps is None else self.stamps[rows],
+            self.name,
+        )
 
     def transformed(self, rotation, translation, scale: float = 1.0) -> "Trajectory":
         """The same path in another world: p' = scale R p + t, R_body' = R R_body."""
-        return Trajectory(scale * self.positions @ np.asarray(rotation).T + translation, rotation @ self.rotations,
-                          self.stamps, self.name)
+        return Trajectory(
+            scale * self.positions @ np.asarray(rotation).T + translation,
+            rotation @ self.rotations,
+            self.stamps,
+            self.name,
+        )
 
     def scaled(self, scale: float) -> "Trajectory":
         """Positions multiplied by `scale`, orientations kept."""
@@ -52,9 +63,11 @@ class Trajectory:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def check(self, allow_repeats: bool = False) -> "Trajectory":
-        """Returns itself. @throws InputError naming the first pose that is not finite or whose stamp does not increase.
+        """Returns itself. @throws InputError naming the first pose that is not finite or whose stamp does not
+        increase.
 
-        @param allow_repeats equal stamps pass (references recorded by motion capture have some); those going back never do.
+        @param allow_repeats equal stamps pass (references recorded by motion capture have some); those going
+            back never do.
         """
         values = [self.positions, self.rotations.reshape(len(self), -1)]
         if self.stamps is not None:
@@ -67,13 +80,17 @@ class Trajectory:
             bad = np.flatnonzero(steps < 0 if allow_repeats else steps <= 0)
             if len(bad):
                 what = "repeats" if steps[bad[0]] == 0 else "goes back"
-                raise InputError(f"{self.name}: the stamp of pose {bad[0] + 2} ({self.stamps[bad[0] + 1]:.9f}) {what}; "
-                                 "stamps must increase")
+                raise InputError(
+                    f"{self.name}: the stamp of pose {bad[0] + 2} ({self.stamps[bad[0] + 1]:.9f}) {what}; "
+                    "stamps must increase"
+                )
         return self
 
 
 def read_table(path: str) -> np.ndarray:
-    """Numbers of a text file, one row a line, separated by blanks or commas. @throws InputError naming the line."""
+    """Numbers of a text file, one row a line, separated by blanks or commas. @throws InputError naming the
+    line.
+    """
     rows, width = [], None
     try:
         with open(path, encoding="utf-8") as file:
@@ -86,11 +103,15 @@ def read_table(path: str) -> np.ndarray:
                 except ValueError:
                     raise InputError(f"{path}:{number}: not a number: '{line.strip()[:60]}'") from None
                 if width is not None and len(row) != width:
-                    raise InputError(f"{path}:{number}: {len(row)} columns where the lines before have {width}")
+                    raise InputError(
+                        f"{path}:{number}: {len(row)} columns where the lines before have {width}"
+                    )
                 width = len(row)
                 rows.append(row)
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'not a text file'}") from None
+        raise InputError(
+            f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'not a text file'}"
+        ) from None
     if not rows:
         raise InputError(f"{path}: holds no poses")
     return np.array(rows)
@@ -104,7 +125,9 @@ def read_times(path: str) -> np.ndarray:
     return table[:, 0]
 
 
-def read_trajectory(path: str, form: str = "auto", times: Optional[str] = None, allow_repeats: bool = False) -> Trajectory:
+def read_trajectory(
+    path: str, form: str = "auto", times: Optional[str] = None, allow_repeats: bool = False
+) -> Trajectory:
     """Reads a TUM or KITTI file, told apart by their columns unless `form` says which.
 
     @param times a times.txt that gives the poses of a KITTI file their stamps.
@@ -125,14 +148,16 @@ def read_trajectory(path: str, form: str = "auto", times: Optional[str] = None, 
         return Trajectory(table[:, 1:4], rotations, table[:, 0], path).check(allow_repeats)
     poses = table.reshape(-1, 3, 4)
     trajectory = Trajectory(poses[:, :, 3], poses[:, :, :3], None, path).check()
-    defect = np.abs(geometry.transpose(trajectory.rotations) @ trajectory.rotations - np.eye(3)).max(axis=(1, 2))
+    defect = np.abs(geometry.transpose(trajectory.rotations) @ trajectory.rotations - np.eye(3)).max(
+        axis=(1, 2)
+    )
     if defect.max() > MAX_ROTATION_DEFECT:
         raise InputError(f"{path}: pose {np.argmax(defect) + 1} holds no rotation matrix")
     if times is not None:
         stamps = read_times(times)
         if len(stamps) < len(trajectory):
             raise InputError(f"{times}: {len(stamps)} times for the {len(trajectory)} poses of {path}")
-        trajectory.stamps = stamps[:len(trajectory)]
+        trajectory.stamps = stamps[: len(trajectory)]
     return trajectory.check(allow_repeats)
 
 
@@ -143,7 +168,9 @@ def write_tum(path: str, trajectory: Trajectory) -> None:
     quaternions = geometry.quaternions_from_matrices(trajectory.rotations)
     with open(path, "w", encoding="utf-8") as file:
         for stamp, position, quaternion in zip(trajectory.stamps, trajectory.positions, quaternions):
-            file.write(f"{stamp:.9f} " + " ".join(f"{value:.9g}" for value in (*position, *quaternion)) + "\n")
+            file.write(
+                f"{stamp:.9f} " + " ".join(f"{value:.9g}" for value in (*position, *quaternion)) + "\n"
+            )
 
 
 def write_kitti(path: str, trajectory: Trajectory) -> None:

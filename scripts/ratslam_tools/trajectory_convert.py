@@ -1,4 +1,6 @@
-"""trajectory_convert: TUM, KITTI, bag topics and GPS logs to TUM or KITTI, with the change of axes if asked for."""
+"""trajectory_convert: TUM, KITTI, bag topics and GPS logs to TUM or KITTI, with the change of axes if asked
+for.
+"""
 
 import argparse
 
@@ -14,29 +16,47 @@ def read_gps(path: str, max_accuracy: float):
     recording = recorder.read_gps_log(path)
     rows = recorder.good_fixes(recording, max_accuracy)
     if not len(rows):
-        raise InputError(f"{path}: none of its {len(recording.gps)} GPS fixes is accurate to {max_accuracy:g} m")
+        raise InputError(
+            f"{path}: none of its {len(recording.gps)} GPS fixes is accurate to {max_accuracy:g} m"
+        )
     return recorder.gps_track(recording, rows)
 
 
 def main(argv=None) -> None:
     """trajectory_convert."""
     parser = argparse.ArgumentParser(
-        prog="trajectory_convert", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__,
-        epilog="examples:\n  trajectory_convert poses.txt truth.tum --times times.txt --from_frame camera --to_frame base\n"
-               "  trajectory_convert trajectory_final.tum final.kitti --to kitti --from_frame base --to_frame camera\n"
-               "  trajectory_convert run.bag truth.tum --topic /kitti/ground_truth\n"
-               "  trajectory_convert data_gps.txt gps.tum --from gps")
+        prog="trajectory_convert",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description=__doc__,
+        epilog="examples:\n  trajectory_convert poses.txt truth.tum --times times.txt --from_frame camera "
+        "--to_frame base\n"
+        "  trajectory_convert trajectory_final.tum final.kitti --to kitti --from_frame base --to_frame "
+        "camera\n"
+        "  trajectory_convert run.bag truth.tum --topic /kitti/ground_truth\n"
+        "  trajectory_convert data_gps.txt gps.tum --from gps",
+    )
     parser.add_argument("input", help="TUM or KITTI file, bag, or a recorder's GPS log")
     parser.add_argument("output", help="file to write")
-    parser.add_argument("--from", dest="source", choices=("auto", "tum", "kitti", "gps"), default="auto",
-                        help="form of the input (default: bags by --topic, files by columns)")
-    parser.add_argument("--to", choices=("tum", "kitti"), default="tum", help="form of the output (default tum)")
+    parser.add_argument(
+        "--from",
+        dest="source",
+        choices=("auto", "tum", "kitti", "gps"),
+        default="auto",
+        help="form of the input (default: bags by --topic, files by columns)",
+    )
+    parser.add_argument(
+        "--to", choices=("tum", "kitti"), default="tum", help="form of the output (default tum)"
+    )
     parser.add_argument("--topic", metavar="NAME", help="topic of the bag")
     parser.add_argument("--times", metavar="FILE", help="times.txt that gives KITTI poses their stamps")
-    parser.add_argument("--save_times", metavar="FILE", help="write the stamps of a KITTI output, as times.txt")
+    parser.add_argument(
+        "--save_times", metavar="FILE", help="write the stamps of a KITTI output, as times.txt"
+    )
     parser.add_argument("--from_frame", choices=frames.FRAMES, help="convention of the input")
     parser.add_argument("--to_frame", choices=frames.FRAMES, help="convention of the output")
-    parser.add_argument("--max_accuracy", type=float, default=20.0, metavar="M", help="worst GPS fix to take (default 20 m)")
+    parser.add_argument(
+        "--max_accuracy", type=float, default=20.0, metavar="M", help="worst GPS fix to take (default 20 m)"
+    )
     arguments = parser.parse_args(argv)
     if (arguments.from_frame is None) != (arguments.to_frame is None):
         raise InputError("--from_frame and --to_frame: give both or neither")

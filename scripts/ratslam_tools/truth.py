@@ -1,4 +1,6 @@
-"""Where the ground truth of a run comes from: TUM or KITTI file, KITTI folder, or a bag. Always given in base convention."""
+"""Where the ground truth of a run comes from: TUM or KITTI file, KITTI folder, or a bag. Always given in base
+convention.
+"""
 
 import os
 from typing import Optional
@@ -11,7 +13,9 @@ TRUTH_TOPIC = "ground_truth"
 
 
 def find_times(path: str) -> Optional[str]:
-    """times.txt that belongs to a KITTI file of poses: beside it, or in the benchmark's layout; None if there is none."""
+    """times.txt that belongs to a KITTI file of poses: beside it, or in the benchmark's layout; None if there
+    is none.
+    """
     folder, name = os.path.split(os.path.abspath(path))
     sequence = os.path.join(os.path.dirname(folder), "sequences", os.path.splitext(name)[0])
     candidates = (os.path.join(folder, "times.txt"), os.path.join(sequence, "times.txt"))
@@ -37,7 +41,9 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
     is_kitti = read_table(path).shape[1] == 12
     times = (times or find_times(path)) if is_kitti else None
     if is_kitti and times is None:
-        raise InputError(f"{path}: KITTI poses have no stamps, and no times.txt lies beside them: give --times")
+        raise InputError(
+            f"{path}: KITTI poses have no stamps, and no times.txt lies beside them: give --times"
+        )
     return frames.to_base(read_trajectory(path, times=times, allow_repeats=True))
 
 
@@ -46,5 +52,7 @@ def _truth_topic(path: str) -> str:
         topics = sorted(bag.get_type_and_topic_info().topics)
     found = [topic for topic in topics if topic.split("/")[-1] == TRUTH_TOPIC]
     if len(found) != 1:
-        raise InputError(f"{path}: {len(found)} topics named {TRUTH_TOPIC}; it has: {', '.join(topics) or 'none'}")
+        raise InputError(
+            f"{path}: {len(found)} topics named {TRUTH_TOPIC}; it has: {', '.join(topics) or 'none'}"
+        )
     return found[0]

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "ratslam_ros/camera_info.h"
 #include "ratslam_ros/conversions.h"
 #include "ratslam_ros/image_decoding.h"
 
@@ -106,6 +107,22 @@ BagRecording::BagRecording(const std::string& path, const BagTopics& topics) : p
   view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(read));
   position_ = view_->begin();
   image_count_ = rosbag::View(bag_, rosbag::TopicQuery(topics_.images)).size();
+}
+
+std::optional<CameraModel> BagRecording::camera() const {
+  std::string beside = topics_.images;
+  const std::string compressed = "/compressed";
+  if (beside.size() > compressed.size() &&
+      beside.compare(beside.size() - compressed.size(), compressed.size(), compressed) == 0) {
+    beside.erase(beside.size() - compressed.size());
+  }
+  beside.erase(beside.find_last_of('/') + 1);
+  rosbag::View view(bag_, rosbag::TopicQuery(beside + "camera_info"));
+  for (const rosbag::MessageInstance& instance : view) {
+    const auto message = instance.instantiate<sensor_msgs::CameraInfo>();
+    if (message) return cameraFromMessage(*message);
+  }
+  return std::nullopt;
 }
 
 std::optional<RecordedItem> BagRecording::next() {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "ratslam/dataset/recording.h"
+#include "ratslam/orb_odometry/camera_model.h"
 
 namespace ratslam {
 
@@ -17,5 +19,9 @@ struct RecordingOptions {
 /// A KITTI sequence folder, an Android recorder's folder or a bag.
 /// @throws std::runtime_error saying what is missing, or what a recording may be
 std::unique_ptr<Recording> openRecording(const std::string& path, const RecordingOptions& options);
+
+/// The calibration that comes with a recording: calib.txt of a KITTI folder, camera_info of a bag.
+/// @throws std::runtime_error naming what is malformed
+std::optional<CameraModel> cameraOf(const Recording& recording);
 
 }  // namespace ratslam

@@ -1,4 +1,6 @@
-"""What the tests share: the package on the path, the command lines, synthetic trajectories, the data folder."""
+"""What the tests share: the package on the path, the command lines, synthetic trajectories, the data
+folder.
+"""
 
 import os
 import subprocess
@@ -18,48 +20,69 @@ from ratslam_tools.trajectory import Trajectory  # noqa: E402
 @pytest.fixture
 def run():
     """Calls a command line; returns the finished process with text output."""
+
     def call(name, *words, **options):
         environment = dict(os.environ, **options.pop("env", {}))
-        return subprocess.run([sys.executable, os.path.join(SCRIPTS, name), *map(str, words)], stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, universal_newlines=True, check=False, env=environment, **options)
+        return subprocess.run(
+            [sys.executable, os.path.join(SCRIPTS, name), *map(str, words)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            universal_newlines=True,
+            check=False,
+            env=environment,
+            **options,
+        )
+
     return call
 
 
 @pytest.fixture
 def fails(run):
-    """Calls a command line that must end with status 1, one line on stderr and nothing on stdout; returns that line."""
+    """Calls a command line that must end with status 1, one line on stderr and nothing on stdout; returns
+    that line.
+    """
+
     def call(name, *words):
         result = run(name, *words)
         assert result.returncode == 1, result
         assert result.stderr.startswith("error: ") and result.stderr.count("\n") == 1, result.stderr
         assert result.stdout == ""
         return result.stderr
+
     return call
 
 
 @pytest.fixture
 def data():
     """Path of a file of the evaluation data; skips the test where it is absent."""
+
     def path(*parts):
         folder = os.environ.get("RATSLAM_DATA", os.path.join(SOURCE, "..", "shared", "data"))
         found = os.path.join(folder, *parts)
         if not os.path.exists(found):
             pytest.skip(f"{found} is absent (set RATSLAM_DATA)")
         return found
+
     return path
 
 
 @pytest.fixture
 def drive():
-    """A vehicle's path in base convention: x forward along a winding, hilly way; 10 Hz, about 0.8 m a step."""
+    """A vehicle's path in base convention: x forward along a winding, hilly way; 10 Hz, about 0.8 m a
+    step.
+    """
+
     def make(count=200, name="drive"):
         time = np.arange(count) * 0.1
         yaw = 1.3 * np.sin(0.21 * time) + 0.1 * time
         pitch = 0.05 * np.sin(0.4 * time)
-        rotations = np.array([geometry.rotation_about_z(a) @ geometry.rotation_about_y(b) for a, b in zip(yaw, pitch)])
+        rotations = np.array(
+            [geometry.rotation_about_z(a) @ geometry.rotation_about_y(b) for a, b in zip(yaw, pitch)]
+        )
         steps = 0.8 * rotations[:, :, 0]
         positions = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)[:-1]])
         return Trajectory(positions, rotations, time, name)
+
     return make
 
 

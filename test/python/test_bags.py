@@ -51,30 +51,75 @@ def sequence(tmp_path, drive):
 def test_images_stamps_and_camera_survive(sequence, tmp_path, drive):
     kitti_bag.main([str(sequence), str(tmp_path / "k.bag"), "--root", "town"])
     images = messages(tmp_path / "k.bag", "/town/camera/image")
-    assert [message.header.stamp.to_nsec() for message, _ in images] == [0, 103735900, 207338100, 310000000, 412345679, 500000000]
+    assert [message.header.stamp.to_nsec() for message, _ in images] == [
+        0,
+        103735900,
+        207338100,
+        310000000,
+        412345679,
+        500000000,
+    ]
     assert [time for _, time in images] == [1000, 103735900, 207338100, 310000000, 412345679, 500000000]
     pixels = np.frombuffer(images[3][0].data, dtype=np.uint8).reshape(48, 64)
-    np.testing.assert_array_equal(pixels, cv2.imread(str(sequence / "image_0" / "000003.png"), cv2.IMREAD_GRAYSCALE))
+    np.testing.assert_array_equal(
+        pixels, cv2.imread(str(sequence / "image_0" / "000003.png"), cv2.IMREAD_GRAYSCALE)
+    )
     assert images[0][0].encoding == "mono8"
     info, _ = messages(tmp_path / "k.bag", "/town/camera/camera_info")[2]
     assert (info.width, info.height, info.distortion_model, list(info.D)) == (64, 48, "plumb_bob", [0] * 5)
-    assert list(info.K) == [50, 0, 31, 0, 51, 23, 0, 0, 1] and list(info.P) == [50, 0, 31, 0, 0, 51, 23, 0, 0, 0, 1, 0]
-    (static, _), = messages(tmp_path / "k.bag", "/tf_static")
-    assert (static.transforms[0].header.frame_id, static.transforms[0].child_frame_id) == ("base_link", "camera")
+    assert list(info.K) == [50, 0, 31, 0, 51, 23, 0, 0, 1] and list(info.P) == [
+        50,
+        0,
+        31,
+        0,
+        0,
+        51,
+        23,
+        0,
+        0,
+        0,
+        1,
+        0,
+    ]
+    ((static, _),) = messages(tmp_path / "k.bag", "/tf_static")
+    assert (static.transforms[0].header.frame_id, static.transforms[0].child_frame_id) == (
+        "base_link",
+        "camera",
+    )
     found = bags.read_trajectory_topic(str(tmp_path / "k.bag"), "/town/ground_truth")
     np.testing.assert_allclose(found.positions, drive(6).positions, atol=1e-6)
     assert frames.convention(found) == "base"
-    np.testing.assert_allclose(truth.read_truth(str(tmp_path / "k.bag")).positions, truth.read_truth(str(sequence)).positions)
+    np.testing.assert_allclose(
+        truth.read_truth(str(tmp_path / "k.bag")).positions, truth.read_truth(str(sequence)).positions
+    )
 
 
 def test_compressed_images_keep_their_bytes_and_frames_can_be_cut(sequence, tmp_path):
     odometry = tmp_path / "odometry.csv"
-    odometry.write_text("frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{0.1 * i},{i},0.5\n" for i in range(6)))
-    kitti_bag.main([str(sequence), str(tmp_path / "c.bag"), "--compressed", "--start", "2", "--end", "5", "--odometry",
-                    str(odometry), "--odometry_offset", "0.05"])
+    odometry.write_text(
+        "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{0.1 * i},{i},0.5\n" for i in range(6))
+    )
+    kitti_bag.main(
+        [
+            str(sequence),
+            str(tmp_path / "c.bag"),
+            "--compressed",
+            "--start",
+            "2",
+            "--end",
+            "5",
+            "--odometry",
+            str(odometry),
+            "--odometry_offset",
+            "0.05",
+        ]
+    )
     images = messages(tmp_path / "c.bag", "/kitti/camera/image/compressed")
     assert len(images) == 3
-    assert images[0][0].data == (sequence / "image_0" / "000002.png").read_bytes() and images[0][0].format == "png"
+    assert (
+        images[0][0].data == (sequence / "image_0" / "000002.png").read_bytes()
+        and images[0][0].format == "png"
+    )
     odometry_read = [message for message, _ in messages(tmp_path / "c.bag", "/kitti/odom")]
     assert [message.twist.twist.linear.x for message in odometry_read] == [2, 3, 4]
     assert [message.header.stamp.to_nsec() for message in odometry_read] == [250000000, 350000000, 450000000]
@@ -119,7 +164,9 @@ def test_raw_drive_gives_truth_from_oxts(tmp_path):
     folder = day / "drive"
     for name in ("image_00/data", "oxts/data"):
         (folder / name).mkdir(parents=True)
-    (day / "calib_cam_to_cam.txt").write_text("calib_time: 09-Jan-2012 13:57:47\nP_rect_00: 50 0 31 0 0 51 23 0 0 0 1 0\n")
+    (day / "calib_cam_to_cam.txt").write_text(
+        "calib_time: 09-Jan-2012 13:57:47\nP_rect_00: 50 0 31 0 0 51 23 0 0 0 1 0\n"
+    )
     stamps = "".join(f"2011-09-26 13:02:{25 + i}.96438944{i}\n" for i in range(4))
     for name in ("image_00", "oxts"):
         (folder / name / "timestamps.txt").write_text(stamps)
@@ -130,7 +177,9 @@ def test_raw_drive_gives_truth_from_oxts(tmp_path):
         (folder / "oxts" / "data" / f"{frame:010d}.txt").write_text(" ".join(map(repr, words)))
     kitti_bag.main([str(folder), str(tmp_path / "raw.bag"), "--root", "raw"])
     found = bags.read_trajectory_topic(str(tmp_path / "raw.bag"), "/raw/ground_truth")
-    np.testing.assert_allclose(found.positions, np.outer(range(4), [6378137 * np.radians(1e-5), 0, 0]), atol=1e-5)
+    np.testing.assert_allclose(
+        found.positions, np.outer(range(4), [6378137 * np.radians(1e-5), 0, 0]), atol=1e-5
+    )
     image, _ = messages(tmp_path / "raw.bag", "/raw/camera/image")[1]
     assert image.header.stamp.to_nsec() == 1317042146964389441
 
@@ -146,10 +195,14 @@ def recording(tmp_path):
     lines = [f"{time},images/{time}.jpeg" for time in times]
     lines += [lines[1], "1684060267400,images/1684060267400.jpeg", "garbage"]
     (folder / "data_image.txt").write_text("\n".join(lines) + "\n")
-    (folder / "data_imu.txt").write_text("1684060267000,0.1,9.8,0.2,0.01,0.02,0.03\n1684060267000,0.2,9.8,0.2,0.01,0.02,0.03\n"
-                                         "1684060267010,0.3,9.8,0.2,0.01,0.02,0.03\n1684060267005,0.4,9.8,0.2,0,0,nan\n")
-    fixes = [f"{1684060267000 + 1000 * i},{55.0},{82.9 + 1e-4 * i},150.0,{accuracy},90.0,6.4,gps"
-             for i, accuracy in enumerate([4.0, 60.0, 5.0, 0.0, 6.0])]
+    (folder / "data_imu.txt").write_text(
+        "1684060267000,0.1,9.8,0.2,0.01,0.02,0.03\n1684060267000,0.2,9.8,0.2,0.01,0.02,0.03\n"
+        "1684060267010,0.3,9.8,0.2,0.01,0.02,0.03\n1684060267005,0.4,9.8,0.2,0,0,nan\n"
+    )
+    fixes = [
+        f"{1684060267000 + 1000 * i},{55.0},{82.9 + 1e-4 * i},150.0,{accuracy},90.0,6.4,gps"
+        for i, accuracy in enumerate([4.0, 60.0, 5.0, 0.0, 6.0])
+    ]
     (folder / "data_gps.txt").write_text("\n".join(fixes + ["1684060272000,0.0,0.0,0,5,0,0,gps"]) + "\n")
     (tmp_path / "phone.yaml").write_text(CALIBRATION)
     return folder
@@ -159,14 +212,18 @@ def test_recording_as_a_bag(recording, tmp_path, capsys):
     bag, calibration, gps = str(tmp_path / "n.bag"), str(tmp_path / "phone.yaml"), str(tmp_path / "gps.tum")
     recorder_bag.main([str(recording), bag, "--calibration", calibration, "--gps_tum", gps])
     images = messages(bag, "/nn/camera/image/compressed")
-    assert [time for _, time in images] == [ms * 10 ** 6 for ms in (1684060267000, 1684060267107, 1684060267195, 1684060267301)]
+    assert [time for _, time in images] == [
+        ms * 10**6 for ms in (1684060267000, 1684060267107, 1684060267195, 1684060267301)
+    ]
     assert images[1][0].data == (recording / "images" / "1684060267107.jpeg").read_bytes()
     info, _ = messages(bag, "/nn/camera/camera_info")[0]
     assert list(info.D) == [-0.2, 0, 0, 0.001, 0] and info.K[4] == 51.5
     stamps = [time for _, time in messages(bag, "/nn/imu")]
     assert stamps == [1684060267000000000, 1684060267000500000, 1684060267010000000]
     fixes = messages(bag, "/nn/gps")
-    assert len(fixes) == 5 and fixes[0][0].position_covariance[0] == pytest.approx((4.0 / 1.51) ** 2, rel=0.01)
+    assert len(fixes) == 5 and fixes[0][0].position_covariance[0] == pytest.approx(
+        (4.0 / 1.51) ** 2, rel=0.01
+    )
     track = read_trajectory(gps)
     assert len(track) == 3
     # 2e-4 degrees of longitude at 55 degrees north on WGS-84: 111.32 km * cos(55) * 1.00227 a degree.
@@ -175,18 +232,34 @@ def test_recording_as_a_bag(recording, tmp_path, capsys):
     found = bags.read_trajectory_topic(bag, "/nn/ground_truth")
     np.testing.assert_allclose(found.positions, track.positions, atol=1e-6)
     notes = capsys.readouterr().out
-    for note in ("missing image file: 1", "image with a repeated stamp: 1", "malformed image line: 1",
-                 "IMU sample that is no number: 1", "GPS fix without a position: 1"):
+    for note in (
+        "missing image file: 1",
+        "image with a repeated stamp: 1",
+        "malformed image line: 1",
+        "IMU sample that is no number: 1",
+        "GPS fix without a position: 1",
+    ):
         assert note in notes
 
 
 def test_rotation_turns_the_pixels(recording, tmp_path):
-    (tmp_path / "phone.yaml").write_text(CALIBRATION.replace("width: 64", "width: 48").replace("height: 48", "height: 64"))
+    (tmp_path / "phone.yaml").write_text(
+        CALIBRATION.replace("width: 64", "width: 48").replace("height: 48", "height: 64")
+    )
     path = recording / "images" / "1684060267000.jpeg"
     image = np.zeros((48, 64), dtype=np.uint8)
     image[:10, :10] = 250
     cv2.imwrite(str(path), image)
-    recorder_bag.main([str(recording), str(tmp_path / "t.bag"), "--calibration", str(tmp_path / "phone.yaml"), "--rotate", "90"])
+    recorder_bag.main(
+        [
+            str(recording),
+            str(tmp_path / "t.bag"),
+            "--calibration",
+            str(tmp_path / "phone.yaml"),
+            "--rotate",
+            "90",
+        ]
+    )
     message, _ = messages(tmp_path / "t.bag", "/nn/camera/image/compressed")[0]
     turned = cv2.imdecode(np.frombuffer(message.data, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
     assert turned.shape == (64, 48) and turned[:8, -8:].mean() > 200 and turned[:8, :8].mean() < 30
@@ -195,12 +268,20 @@ def test_rotation_turns_the_pixels(recording, tmp_path):
 def test_calibration_of_another_camera_is_refused(recording, tmp_path):
     (tmp_path / "phone.yaml").write_text(CALIBRATION.replace("64", "1280"))
     with pytest.raises(InputError, match="64x48 px; the calibration is of 1280x48"):
-        recorder_bag.main([str(recording), str(tmp_path / "x.bag"), "--calibration", str(tmp_path / "phone.yaml")])
-    for text, words in (("fz: 3\n", "unknown key fz"), ("fx: 0\n", "fx: 0 is not allowed"), ("fx: wide\n", "not a finite")):
+        recorder_bag.main(
+            [str(recording), str(tmp_path / "x.bag"), "--calibration", str(tmp_path / "phone.yaml")]
+        )
+    for text, words in (
+        ("fz: 3\n", "unknown key fz"),
+        ("fx: 0\n", "fx: 0 is not allowed"),
+        ("fx: wide\n", "not a finite"),
+    ):
         lines = [line for line in CALIBRATION.splitlines(True) if not line.startswith(text.split(":")[0])]
         (tmp_path / "phone.yaml").write_text("".join(lines) + text)
         with pytest.raises(InputError, match=words):
-            recorder_bag.main([str(recording), str(tmp_path / "x.bag"), "--calibration", str(tmp_path / "phone.yaml")])
+            recorder_bag.main(
+                [str(recording), str(tmp_path / "x.bag"), "--calibration", str(tmp_path / "phone.yaml")]
+            )
 
 
 def test_older_recordings(recording):
@@ -216,4 +297,6 @@ def test_older_recordings(recording):
 
 def test_folders_that_are_no_recording(tmp_path, fails):
     (tmp_path / "phone.yaml").write_text(CALIBRATION)
-    assert "no images" in fails("recorder_to_bag", tmp_path, tmp_path / "x.bag", "--calibration", tmp_path / "phone.yaml")
+    assert "no images" in fails(
+        "recorder_to_bag", tmp_path, tmp_path / "x.bag", "--calibration", tmp_path / "phone.yaml"
+    )

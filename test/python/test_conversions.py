@@ -33,8 +33,10 @@ def test_earth_centred_coordinates_of_known_points():
     np.testing.assert_allclose(geodesy.ecef(0.0, 90.0, -5.0), [0, 6378132.0, 0], atol=1e-6)
 
 
-@pytest.mark.parametrize("latitude, metres_north, metres_east", [
-    (0.0, 110574.3, 111319.5), (45.0, 111131.8, 78846.8), (60.0, 111412.2, 55800.0)])
+@pytest.mark.parametrize(
+    "latitude, metres_north, metres_east",
+    [(0.0, 110574.3, 111319.5), (45.0, 111131.8, 78846.8), (60.0, 111412.2, 55800.0)],
+)
 def test_lengths_of_a_degree(latitude, metres_north, metres_east):
     """Lengths of a degree on WGS-84 as tabulated by the National Geospatial-Intelligence Agency."""
     step = 1e-3
@@ -57,14 +59,26 @@ def test_openratslam_configuration(tmp_path, run):
     result = run("ini_to_yaml", tmp_path / "config.txt", tmp_path / "out.yaml")
     assert result.returncode == 0 and "[draw] is left out" in result.stderr
     assert flat_yaml.read(str(tmp_path / "out.yaml")) == {
-        "topic_root": "stlucia", "image_crop_x_min": "40", "vt_match_threshold": "0.085", "vt_patch_normalise": "0",
-        "pc_cell_x_size": "2.0", "exp_loops": "20", "vtrans_image_x_min": "195", "camera_fov_deg": "53"}
+        "topic_root": "stlucia",
+        "image_crop_x_min": "40",
+        "vt_match_threshold": "0.085",
+        "vt_patch_normalise": "0",
+        "pc_cell_x_size": "2.0",
+        "exp_loops": "20",
+        "vtrans_image_x_min": "195",
+        "camera_fov_deg": "53",
+    }
 
 
-@pytest.mark.parametrize("change, words", [
-    (("exp_loops=20", "exp_loops=many"), "not a number"), (("vt_patch_normalisation", "vt_patch_normalise=1\nvt_patch_normalisation"),
-                                                           "given twice"),
-    ((STLUCIA, "[other]\na=1\n"), "none of the sections"), ((STLUCIA, "just text\n"), "not an ini file")])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (("exp_loops=20", "exp_loops=many"), "not a number"),
+        (("vt_patch_normalisation", "vt_patch_normalise=1\nvt_patch_normalisation"), "given twice"),
+        ((STLUCIA, "[other]\na=1\n"), "none of the sections"),
+        ((STLUCIA, "just text\n"), "not an ini file"),
+    ],
+)
 def test_configurations_that_are_none(tmp_path, change, words):
     (tmp_path / "config.txt").write_text(STLUCIA.replace(*change))
     with pytest.raises(InputError, match=words):
@@ -74,7 +88,9 @@ def test_configurations_that_are_none(tmp_path, change, words):
 def test_unknown_keys_are_reported(tmp_path, run, fails):
     (tmp_path / "config.txt").write_text(STLUCIA.replace("exp_loops", "exp_lops"))
     result = run("ini_to_yaml", tmp_path / "config.txt")
-    assert result.returncode == 0 and "exp_lops is unknown" in result.stderr and "exp_lops" not in result.stdout
+    assert (
+        result.returncode == 0 and "exp_lops is unknown" in result.stderr and "exp_lops" not in result.stdout
+    )
     assert "exp_lops" in fails("ini_to_yaml", tmp_path / "config.txt", "--strict")
 
 
@@ -84,8 +100,17 @@ def tub(path, angle, throttle, count=100):
     for index in range(count):
         name = f"{index}_cam_image_array_.jpg"
         (path / "images" / name).write_bytes(b"jpeg")
-        records.append(json.dumps({"_index": index, "_timestamp_ms": 1669759744666 + 50 * index, "cam/image_array": name,
-                                   "user/angle": angle, "user/throttle": throttle}))
+        records.append(
+            json.dumps(
+                {
+                    "_index": index,
+                    "_timestamp_ms": 1669759744666 + 50 * index,
+                    "cam/image_array": name,
+                    "user/angle": angle,
+                    "user/throttle": throttle,
+                }
+            )
+        )
     (path / "catalog_0.catalog").write_text("\n".join(records[:60]) + "\n")
     (path / "catalog_1.catalog").write_text("\n".join(records[60:]) + "\n")
 
@@ -93,8 +118,22 @@ def tub(path, angle, throttle, count=100):
 def test_a_steady_command_drives_a_circle(tmp_path):
     tub(tmp_path / "tub", angle=-1.0, throttle=0.5)
     out = tmp_path / "out"
-    donkey.main([str(tmp_path / "tub"), str(out), "--run", "10:89", "--wheelbase", "0.3", "--max_steering_deg", "20",
-                 "--steering_trim", "0", "--speed_per_throttle", "4"])
+    donkey.main(
+        [
+            str(tmp_path / "tub"),
+            str(out),
+            "--run",
+            "10:89",
+            "--wheelbase",
+            "0.3",
+            "--max_steering_deg",
+            "20",
+            "--steering_trim",
+            "0",
+            "--speed_per_throttle",
+            "4",
+        ]
+    )
     drive = kitti.read_sequence(str(out))
     assert len(drive.images) == 80 and drive.stamps_ns[1] == 50000000
     rows = kitti_bag.read_odometry(str(out / "odometry.csv"))

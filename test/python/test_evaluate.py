@@ -14,7 +14,9 @@ def files(drive, tmp_path, turn):
     """truth.tum and est.tum (moved, scaled, with 10 cm of noise), and the truth as KITTI poses with times."""
     truth = drive()
     noise = np.random.default_rng(3).normal(size=truth.positions.shape, scale=0.1)
-    estimate = Trajectory(truth.positions + noise, truth.rotations, truth.stamps).transformed(turn, [1, 2, 3], 2.0)
+    estimate = Trajectory(truth.positions + noise, truth.rotations, truth.stamps).transformed(
+        turn, [1, 2, 3], 2.0
+    )
     write_tum(tmp_path / "truth.tum", truth)
     write_tum(tmp_path / "est.tum", estimate)
     write_kitti(tmp_path / "poses.txt", frames.convert(truth, "base", "camera"))
@@ -23,8 +25,17 @@ def files(drive, tmp_path, turn):
 
 
 def test_table_json_and_figures(files, run):
-    result = run("evaluate_ape", "-as", files / "truth.tum", files / "est.tum", files / "truth.tum", "--save_results",
-                 files / "a.json", "--save_plot", files / "a.png")
+    result = run(
+        "evaluate_ape",
+        "-as",
+        files / "truth.tum",
+        files / "est.tum",
+        files / "truth.tum",
+        "--save_results",
+        files / "a.json",
+        "--save_plot",
+        files / "a.png",
+    )
     assert result.returncode == 0, result.stderr
     assert "100.0 %" in result.stdout and "ground (xy)" in result.stdout
     record = json.loads((files / "a.json").read_text())
@@ -34,7 +45,12 @@ def test_table_json_and_figures(files, run):
     assert perfect["stats"]["max"] < 1e-6
     assert noisy["ground"]["stats"]["rmse"] == pytest.approx(0.1 * np.sqrt(2), rel=0.1)
     assert (files / "a.png").read_bytes()[:4] == b"\x89PNG"
-    assert run("evaluate_rpe", "-as", files / "truth.tum", files / "est.tum", "--save_plot", files / "r.pdf").returncode == 0
+    assert (
+        run(
+            "evaluate_rpe", "-as", files / "truth.tum", files / "est.tum", "--save_plot", files / "r.pdf"
+        ).returncode
+        == 0
+    )
     assert (files / "r.pdf").read_bytes()[:4] == b"%PDF"
 
 
@@ -45,8 +61,18 @@ def test_coverage_tells_half_a_trajectory(files, run, drive):
 
 
 def test_kitti_truth_with_times(files, run):
-    result = run("evaluate_rpe", "-as", files / "poses.txt", files / "est.tum", "--times", files / "times.txt",
-                 "--ref_frame", "camera", "--est_frame", "base")
+    result = run(
+        "evaluate_rpe",
+        "-as",
+        files / "poses.txt",
+        files / "est.tum",
+        "--times",
+        files / "times.txt",
+        "--ref_frame",
+        "camera",
+        "--est_frame",
+        "base",
+    )
     assert result.returncode == 0, result.stderr
     assert "REF from camera" in result.stdout
 
@@ -69,22 +95,33 @@ def bad(files, change):
     return files / "bad.tum"
 
 
-@pytest.mark.parametrize("change, words", [
-    (lambda lines: lines[:2], "2 poses match"),
-    (lambda lines: [], "holds no poses"),
-    (lambda lines: [line.replace(line.split()[1], "nan") for line in lines], "NaN"),
-    (lambda lines: [lines[5]] + lines, "goes back"),
-    (lambda lines: [lines[0]] + lines, "repeats"),
-    (lambda lines: [line + " 1" for line in lines], "9 columns"),
-    (lambda lines: lines[:9] + [lines[9] + " 1"], "where the lines before have 8"),
-    (lambda lines: [line.split()[0] + " 1 2 3 0 0 0 1" for line in lines], "one point"),
-    (lambda lines: [" ".join(line.split()[:4]) + " 0 0 0 0" for line in lines], "length zero"),
-    (lambda lines: lines[:3] + ["a b c d e f g h"], "not a number"),
-])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda lines: lines[:2], "2 poses match"),
+        (lambda lines: [], "holds no poses"),
+        (lambda lines: [line.replace(line.split()[1], "nan") for line in lines], "NaN"),
+        (lambda lines: [lines[5]] + lines, "goes back"),
+        (lambda lines: [lines[0]] + lines, "repeats"),
+        (lambda lines: [line + " 1" for line in lines], "9 columns"),
+        (lambda lines: lines[:9] + [lines[9] + " 1"], "where the lines before have 8"),
+        (lambda lines: [line.split()[0] + " 1 2 3 0 0 0 1" for line in lines], "one point"),
+        (lambda lines: [" ".join(line.split()[:4]) + " 0 0 0 0" for line in lines], "length zero"),
+        (lambda lines: lines[:3] + ["a b c d e f g h"], "not a number"),
+    ],
+)
 def test_degenerate_input_gets_one_line_and_no_figure(files, fails, change, words):
     for tool in ("evaluate_ape", "evaluate_rpe"):
-        message = fails(tool, "-as", files / "truth.tum", bad(files, change), "--save_plot", files / "no.png",
-                        "--save_results", files / "no.json")
+        message = fails(
+            tool,
+            "-as",
+            files / "truth.tum",
+            bad(files, change),
+            "--save_plot",
+            files / "no.png",
+            "--save_results",
+            files / "no.json",
+        )
         assert words in message
         assert not (files / "no.png").exists() and not (files / "no.json").exists()
 
@@ -97,10 +134,13 @@ def test_other_bad_input(files, fails):
     assert "equally long" in fails("evaluate_ape", "-a", files / "poses.txt", files / "short.txt")
     (files / "scaled.txt").write_text("\n".join("2 " + line.partition(" ")[2] for line in lines) + "\n")
     assert "no rotation matrix" in fails("evaluate_ape", files / "poses.txt", files / "scaled.txt")
-    assert "--n_to_align" in fails("evaluate_ape", "-a", "--n_to_align", 2, files / "truth.tum", files / "est.tum")
+    assert "--n_to_align" in fails(
+        "evaluate_ape", "-a", "--n_to_align", 2, files / "truth.tum", files / "est.tum"
+    )
     assert "--delta" in fails("evaluate_rpe", "-d", 0, files / "truth.tum", files / "est.tum")
-    assert "body frames differ" in fails("evaluate_rpe", "-as", files / "poses.txt", files / "est.tum", "--times",
-                                         files / "times.txt")
+    assert "body frames differ" in fails(
+        "evaluate_rpe", "-as", files / "poses.txt", files / "est.tum", "--times", files / "times.txt"
+    )
 
 
 def test_a_repeated_stamp_in_the_truth_matters_only_where_it_is_matched(files, run, fails):
@@ -113,10 +153,21 @@ def test_a_repeated_stamp_in_the_truth_matters_only_where_it_is_matched(files, r
 
 def test_round_trips(files, run, drive):
     truth = drive()
-    for words in (("--to", "kitti", "--save_times", files / "t.txt", "--from_frame", "base", "--to_frame", "camera"),):
+    for words in (
+        ("--to", "kitti", "--save_times", files / "t.txt", "--from_frame", "base", "--to_frame", "camera"),
+    ):
         assert run("trajectory_convert", files / "truth.tum", files / "k.txt", *words).returncode == 0
-    result = run("trajectory_convert", files / "k.txt", files / "back.tum", "--times", files / "t.txt", "--from_frame",
-                 "camera", "--to_frame", "base")
+    result = run(
+        "trajectory_convert",
+        files / "k.txt",
+        files / "back.tum",
+        "--times",
+        files / "t.txt",
+        "--from_frame",
+        "camera",
+        "--to_frame",
+        "base",
+    )
     assert result.returncode == 0, result.stderr
     back = read_trajectory(str(files / "back.tum"))
     np.testing.assert_allclose(back.positions, truth.positions, atol=1e-6)
@@ -129,9 +180,23 @@ def test_conversion_needs_stamps_for_tum(files, fails):
     assert not (files / "no.tum").exists()
 
 
-@pytest.mark.parametrize("tool", ["evaluate_ape", "evaluate_rpe", "evaluate_kitti", "plot_run", "report", "sweep",
-                                  "reproduce_paper", "kitti_to_bag", "recorder_to_bag", "trajectory_convert", "ini_to_yaml",
-                                  "donkey_to_kitti"])
+@pytest.mark.parametrize(
+    "tool",
+    [
+        "evaluate_ape",
+        "evaluate_rpe",
+        "evaluate_kitti",
+        "plot_run",
+        "report",
+        "sweep",
+        "reproduce_paper",
+        "kitti_to_bag",
+        "recorder_to_bag",
+        "trajectory_convert",
+        "ini_to_yaml",
+        "donkey_to_kitti",
+    ],
+)
 def test_help_has_examples(run, tool):
     result = run(tool, "--help")
     assert result.returncode == 0 and "examples:" in result.stdout

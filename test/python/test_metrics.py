@@ -10,13 +10,21 @@ from ratslam_tools.trajectory import Trajectory
 
 def noisy(trajectory, seed=1, size=0.1):
     generator = np.random.default_rng(seed)
-    wobble = [geometry.rotation_about_z(angle) for angle in generator.normal(size=len(trajectory), scale=0.02)]
-    return Trajectory(trajectory.positions + generator.normal(size=(len(trajectory), 3), scale=size),
-                      trajectory.rotations @ np.array(wobble), trajectory.stamps, "noisy")
+    wobble = [
+        geometry.rotation_about_z(angle) for angle in generator.normal(size=len(trajectory), scale=0.02)
+    ]
+    return Trajectory(
+        trajectory.positions + generator.normal(size=(len(trajectory), 3), scale=size),
+        trajectory.rotations @ np.array(wobble),
+        trajectory.stamps,
+        "noisy",
+    )
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 0.5, 2.0, np.pi - 1e-9, np.pi])
-@pytest.mark.parametrize("turn_about", [geometry.rotation_about_x, geometry.rotation_about_y, geometry.rotation_about_z])
+@pytest.mark.parametrize(
+    "turn_about", [geometry.rotation_about_x, geometry.rotation_about_y, geometry.rotation_about_z]
+)
 def test_quaternions_and_angles_survive_every_angle(angle, turn_about, turn):
     rotation = (turn @ turn_about(angle) @ turn.T)[None]
     assert geometry.rotation_angles(rotation)[0] == pytest.approx(angle, abs=1e-9)
@@ -114,7 +122,9 @@ def test_path_pairs_span_the_asked_length(drive):
     assert (np.abs(path[ends] - path[starts] - 10.0) <= 1.0).all() and len(starts) > 80
 
 
-@pytest.mark.parametrize("delta, unit", [(0, "f"), (-1, "m"), (1.5, "f"), (float("nan"), "m"), (200, "f"), (1e6, "m")])
+@pytest.mark.parametrize(
+    "delta, unit", [(0, "f"), (-1, "m"), (1.5, "f"), (float("nan"), "m"), (200, "f"), (1e6, "m")]
+)
 def test_steps_that_cannot_be_are_refused(drive, delta, unit):
     with pytest.raises(InputError):
         metrics.pose_pairs(drive(20), delta, unit, False)
@@ -150,7 +160,9 @@ def test_body_frames_are_told_apart(drive):
     camera = frames.convert(base, "base", "camera")
     assert (frames.convention(base), frames.convention(camera)) == ("base", "camera")
     np.testing.assert_allclose(frames.convert(camera, "camera", "base").rotations, base.rotations, atol=1e-15)
-    handheld = Trajectory(np.random.default_rng(0).normal(size=(50, 3)), np.repeat(np.eye(3)[None], 50, axis=0))
+    handheld = Trajectory(
+        np.random.default_rng(0).normal(size=(50, 3)), np.repeat(np.eye(3)[None], 50, axis=0)
+    )
     assert frames.convention(handheld) is None
 
 
@@ -176,7 +188,9 @@ def test_ground_error_leaves_height_out(drive, turn, convention, plane):
     truth, flat = drive(), drive()
     flat.positions = flat.positions * [1, 1, 0]
     flat = flat.transformed(turn, [3, 2, 1])
-    result, = evaluation.evaluate_ape(frames.convert(truth, "base", convention), [flat], comparison.Settings(align=True))
+    (result,) = evaluation.evaluate_ape(
+        frames.convert(truth, "base", convention), [flat], comparison.Settings(align=True)
+    )
     assert result.ground_plane == plane
     assert result.errors.max() > 0.05
     assert result.ground_errors.max() < 1e-6

@@ -42,19 +42,26 @@ with open(path, "w") as file:
 
 @pytest.fixture
 def folder(tmp_path, drive):
-    """A run folder whose final trajectory is the truth, moved, and whose online one has drifted; and the truth."""
+    """A run folder whose final trajectory is the truth, moved, and whose online one has drifted; and the
+    truth.
+    """
     path = tmp_path / "run"
     path.mkdir()
     known = drive()
     write_tum(tmp_path / "truth.tum", known)
     write_tum(path / "trajectory_final.tum", known.transformed(np.eye(3), [10.0, 0.0, 0.0]))
     drift = np.outer(known.stamps, [0.0, 0.3, 0.0])
-    write_tum(path / "trajectory_online.tum", Trajectory(known.positions + drift, known.rotations, known.stamps))
+    write_tum(
+        path / "trajectory_online.tum", Trajectory(known.positions + drift, known.rotations, known.stamps)
+    )
     with open(path / "map.yaml", "w", encoding="utf-8") as file:
         file.write("version: 1\nnodes:\n")
         for i, position in enumerate(known.positions):
-            file.write(f"- {{id: {i}, stamp: {0.1 * i:.9f}, x: {position[0] + 10:.9f}, y: {position[1]:.9f}, z: 0.0, th: 0.5, "
-                       f"log_scale: 0.0, view_id: {i}}}\n")
+            file.write(
+                f"- {{id: {i}, stamp: {0.1 * i:.9f}, x: {position[0] + 10:.9f}, y: {position[1]:.9f}, "
+                f"z: 0.0, th: 0.5, "
+                f"log_scale: 0.0, view_id: {i}}}\n"
+            )
         file.write("links:\n")
         for i in range(len(known) - 1):
             file.write(_link(i, i, i + 1, "odometry"))
@@ -64,21 +71,31 @@ def folder(tmp_path, drive):
         file.writelines(f"{0.1 * i},{i if i < 150 else i - 150},{0.05 if i else -1},0\n" for i in range(200))
     with open(path / "actions.csv", "w", encoding="utf-8") as file:
         file.write("stamp,action,src_id,dest_id,x,y,th\n")
-        file.writelines(f"{0.1 * i},{1 if i < 150 else 2},{i},{i if i < 150 else i - 150},5,6,7\n" for i in range(200))
-    summary = {"version": "0.1.0", "parameters": {"pc_dim_xy": 30, "topic_root": "<kitti> & co"},
-               "timing": {"local_view": {"mean_ms": 1.25}, "pose_cells": 2.5}}
+        file.writelines(
+            f"{0.1 * i},{1 if i < 150 else 2},{i},{i if i < 150 else i - 150},5,6,7\n" for i in range(200)
+        )
+    summary = {
+        "version": "0.1.0",
+        "parameters": {"pc_dim_xy": 30, "topic_root": "<kitti> & co"},
+        "timing": {"local_view": {"mean_ms": 1.25}, "pose_cells": 2.5},
+    }
     (path / "summary.json").write_text(json.dumps(summary))
     return path
 
 
 def _link(number, start, end, kind):
-    return (f"- {{id: {number}, from: {start}, to: {end}, kind: {kind}, distance: 0.8, heading_rad: 0.0, facing_rad: 0.0, "
-            "duration_s: 0.1}\n")
+    return (
+        f"- {{id: {number}, from: {start}, to: {end}, kind: {kind}, distance: 0.8, "
+        "heading_rad: 0.0, facing_rad: 0.0, "
+        "duration_s: 0.1}\n"
+    )
 
 
 @pytest.fixture
 def program(tmp_path, folder):
-    """A stand-in for ratslam_run that copies the run folder and bends its final trajectory; and its log of calls."""
+    """A stand-in for ratslam_run that copies the run folder and bends its final trajectory; and its log of
+    calls.
+    """
     path = tmp_path / "fake_run"
     path.write_text(FAKE.format(python=sys.executable, log=str(tmp_path / "calls"), run=str(folder)))
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
@@ -97,9 +114,17 @@ def test_map_is_read_whole(folder):
     assert found.nodes["x"][1] == pytest.approx(10.8, abs=0.05) and found.links["duration_s"][0] == 0.1
 
 
-@pytest.mark.parametrize("find, put, words", [
-    ("to: 3,", "to: 777,", "node 777, which is not there"), ("z: 0.0", "z: nan", "NaN"), ("x: 10.8", "x: far", "could not"),
-    ("- {id: 1, stamp", "- {id: 0, stamp", "twice"), ("th: 0.5", "tau: 0.5", "has no th"), ("nodes:\n", "", "outside")])
+@pytest.mark.parametrize(
+    "find, put, words",
+    [
+        ("to: 3,", "to: 777,", "node 777, which is not there"),
+        ("z: 0.0", "z: nan", "NaN"),
+        ("x: 10.8", "x: far", "could not"),
+        ("- {id: 1, stamp", "- {id: 0, stamp", "twice"),
+        ("th: 0.5", "tau: 0.5", "has no th"),
+        ("nodes:\n", "", "outside"),
+    ],
+)
 def test_broken_maps_are_named(folder, find, put, words):
     text = (folder / "map.yaml").read_text()
     assert find in text
@@ -109,7 +134,9 @@ def test_broken_maps_are_named(folder, find, put, words):
 
 
 def test_picture_is_aligned_to_the_truth(folder, tmp_path):
-    aligned = run_figures.map_picture(str(folder), str(tmp_path / "map.png"), truth.read_truth(str(tmp_path / "truth.tum")))
+    aligned = run_figures.map_picture(
+        str(folder), str(tmp_path / "map.png"), truth.read_truth(str(tmp_path / "truth.tum"))
+    )
     online, final = aligned.results
     assert final.errors.max() < 1e-5 and online.errors.mean() > 0.1
     np.testing.assert_allclose(aligned.paths["final"], aligned.truth.positions, atol=1e-4)
@@ -156,23 +183,56 @@ def test_truth_finds_its_times(tmp_path, drive, layout):
         truth.read_truth(str(poses))
 
 
-@pytest.mark.parametrize("text, values", [
-    ("k=0.05:0.2:0.05", ["0.05", "0.1", "0.15", "0.2"]), ("k=1:1:3", ["1"]), ("k=a,b", ["a", "b"]), ("k=0:1:0.3", None)])
+@pytest.mark.parametrize(
+    "text, values",
+    [
+        ("k=0.05:0.2:0.05", ["0.05", "0.1", "0.15", "0.2"]),
+        ("k=1:1:3", ["1"]),
+        ("k=a,b", ["a", "b"]),
+        ("k=0:1:0.3", None),
+    ],
+)
 def test_ranges(text, values):
     found = sweep.parse_vary(text)[1]
     assert found == (values or ["0", "0.3", "0.6", "0.9"])
 
 
-@pytest.mark.parametrize("text", ["k", "=1", "k=", "k=1,,2", "k=1,1", "k=1:2", "k=2:1:0.1", "k=1:2:0", "k=1:2:-1", "k=0:1:x",
-                                  "k=0:1:1e-9", "k=0:inf:1"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "k",
+        "=1",
+        "k=",
+        "k=1,,2",
+        "k=1,1",
+        "k=1:2",
+        "k=2:1:0.1",
+        "k=1:2:0",
+        "k=1:2:-1",
+        "k=0:1:x",
+        "k=0:1:1e-9",
+        "k=0:inf:1",
+    ],
+)
 def test_ranges_that_are_none(text):
     with pytest.raises(InputError, match="--vary"):
         sweep.parse_vary(text)
 
 
 def sweep_words(program, tmp_path, *vary):
-    words = ["input", "--config", "c.yaml", "--truth", str(tmp_path / "truth.tum"), "--out", str(tmp_path / "out"),
-             "--ratslam_run", str(program), "--jobs", "2"]
+    words = [
+        "input",
+        "--config",
+        "c.yaml",
+        "--truth",
+        str(tmp_path / "truth.tum"),
+        "--out",
+        str(tmp_path / "out"),
+        "--ratslam_run",
+        str(program),
+        "--jobs",
+        "2",
+    ]
     return words + [word for text in vary for word in ("--vary", text)]
 
 
@@ -202,7 +262,9 @@ def test_sweep_goes_on_after_failures_and_says_so(program, tmp_path):
 
 def test_interrupted_sweep_keeps_what_is_done_and_only_that(program, tmp_path):
     words = sweep_words(program, tmp_path, "sleep=0,0.01,60,61")
-    process = subprocess.Popen([sys.executable, os.path.join(SCRIPTS, "sweep"), *words], stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [sys.executable, os.path.join(SCRIPTS, "sweep"), *words], stderr=subprocess.PIPE
+    )
     runs = tmp_path / "out" / "runs"
     deadline = time.monotonic() + 60
     while len(calls(program)) < 4 or not (runs / "sleep=0.01" / "result.json").exists():
@@ -230,8 +292,21 @@ def test_paper_table_and_figures(program, tmp_path, drive, capsys):
     np.savetxt(sequence / "times.txt", drive().stamps)
     for name in ("kitti.yaml", "kitti_orb.yaml"):
         (tmp_path / name).write_text("")
-    words = [str(tmp_path / "kitti"), "--sequences", "00", "--out", str(tmp_path / "paper"), "--ratslam_run", str(program),
-             "--config_dir", str(tmp_path), "--inject_energy", "0.1,0.2", "--cell_size", "1,2"]
+    words = [
+        str(tmp_path / "kitti"),
+        "--sequences",
+        "00",
+        "--out",
+        str(tmp_path / "paper"),
+        "--ratslam_run",
+        str(program),
+        "--config_dir",
+        str(tmp_path),
+        "--inject_energy",
+        "0.1,0.2",
+        "--cell_size",
+        "1,2",
+    ]
     paper.main(words)
     table = capsys.readouterr().out
     assert "42.17" in table and "39.81" in table and "coverage" in table

@@ -23,6 +23,9 @@ class KittiFolder : public Recording {
   /// First row of calib.txt: projection of the left grey camera, 3x4 row by row, where the file is there.
   std::optional<std::array<double, 12>> projection() const { return projection_; }
 
+  /// Size of the first image [px].
+  cv::Size imageSize() const;
+
  private:
   std::vector<std::string> images_;
   std::vector<Stamp> stamps_;

@@ -55,6 +55,15 @@ class LocalViewCells {
 
   const LocalViewParams& params() const { return params_; }
 
+  /// Template `id` for display: 8-bit mono, one pixel a value. @throws std::out_of_range.
+  cv::Mat templateImage(std::uint32_t id) const;
+
+  /// The same of the present view, learned or not; empty before the first event.
+  const cv::Mat& viewImage() const { return view_image_; }
+
+  /// Memory held for the learned templates.
+  std::size_t memoryBytes() const { return matcher_.memoryBytes(); }
+
   /// What the verifier measured for the present event; none where it was not asked or did not confirm.
   const std::optional<RecallGeometry>& recallGeometry() const { return geometry_; }
 
@@ -67,6 +76,7 @@ class LocalViewCells {
   cv::Size image_size_;                  // of all images, empty before the first
   std::optional<std::uint32_t> active_;  // view cell of the present event
   std::optional<RecallGeometry> geometry_;
+  cv::Mat view_image_;
 };
 
 }  // namespace ratslam

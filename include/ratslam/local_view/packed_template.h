@@ -1,8 +1,8 @@
 /// A template's exact values in few bytes.
 ///
-/// Values are computed from block sums, which are integers. Where the 8-bit value of a block (kept by the SadIndex
-/// anyway) says nearly what its sum is, only the rest is stored: log2(full scale of a block / 255) bits or so. With
-/// patch normalisation it says nothing, and the sums are stored whole.
+/// Values are computed from block sums, which are integers. Where the 8-bit value of a block (kept by the
+/// SadIndex anyway) says nearly what its sum is, only the rest is stored: log2(full scale of a block / 255)
+/// bits or so. With patch normalisation it says nothing, and the sums are stored whole.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,6 @@
 #include "ratslam/local_view/view_template.h"
 
 namespace ratslam {
-
-/// The nearest of 256 levels to a value in [0,1]: at most half a level from 255 times the value.
-inline std::uint8_t quantised(double value) { return static_cast<std::uint8_t>(255.0 * value + 0.5); }
 
 class PackedTemplate {
  public:

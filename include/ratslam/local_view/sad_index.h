@@ -1,7 +1,9 @@
-/// Templates as 8-bit values, laid out for fast sums of absolute differences (SAD) with a view at many shifts.
+/// Templates as 8-bit values, laid out for fast sums of absolute differences (SAD) with a view at many
+/// shifts.
 ///
-/// The bytes of a template go column by column, so that the columns which one shift compares are one run of bytes.
-/// Templates are kept in groups of 8 (sad_kernels.h) and groups in segments that never move: adding costs O(1).
+/// The bytes of a template go column by column, so that the columns which one shift compares are one run of
+/// bytes. Templates are kept in groups of 8 (sad_kernels.h) and groups in segments that never move: adding
+/// costs O(1).
 #pragma once
 
 #include <cstddef>
@@ -37,8 +39,8 @@ class SadIndex {
   /// Lays a view out for the searches that follow.
   void setView(const std::vector<std::uint8_t>& bytes);
 
-  /// For each template of the groups [first, last), the smallest SAD over all shifts. The last group may be partly
-  /// empty: what it gives for templates that are not there means nothing.
+  /// For each template of the groups [first, last), the smallest SAD over all shifts. The last group may be
+  /// partly empty: what it gives for templates that are not there means nothing.
   /// @param smallest 8 values a group.
   void smallestSads(std::size_t first, std::size_t last, std::uint32_t* smallest) const;
 
@@ -53,6 +55,7 @@ class SadIndex {
   };
   struct View;
 
+  std::size_t blockShift(std::size_t position) const;
   std::uint8_t* chunkOf(std::size_t id, std::size_t chunk) const;
 
   int rows_;

@@ -1,16 +1,22 @@
-/// Search of the learned template most like a view (MODEL section 1, step 5): exact, and much faster than comparing
-/// every value of every template.
+/// Search of the learned template most like a view (MODEL section 1, step 5): exact, and much faster than
+/// comparing every value of every template.
 ///
 ///   1. Mean gate: templates whose mean differs too much from the view's are no candidates.
-///   2. Coarse bound: by the triangle inequality the difference of two columns is at least that of their means. The
-///      SAD of the columns' means, in 8 bits with their rounding allowed for, bounds each template's error from below.
-///   3. Fine bounds: for templates which that does not exclude, the SAD of all values in 8 bits bounds the error from
-///      both sides. The template of the smallest coarse bound goes first, so that most others are excluded early.
-///   4. Exact error: the few templates whose bounds overlap the best are computed again in double from their packed
+///   2. Coarse bound: by the triangle inequality the difference of two columns is at least that of their
+///   means. The
+///      SAD of the columns' means, in 8 bits with their rounding allowed for, bounds each template's error
+///      from below.
+///   3. Fine bounds: for templates which that does not exclude, the SAD of all values in 8 bits bounds the
+///   error from
+///      both sides. The template of the smallest coarse bound goes first, so that most others are excluded
+///      early.
+///   4. Exact error: the few templates whose bounds overlap the best are computed again in double from their
+///   packed
 ///      sums (packed_template.h), every sum of differences in the order row by row, column by column.
 ///
-/// Rounding to 8 bits moves a value by at most half a level: an 8-bit SAD over n values differs by at most n levels
-/// from 255 times the true sum. Hence winner, error, ties and decision are those of an exhaustive search in double.
+/// Rounding to 8 bits moves a value by at most half a level: an 8-bit SAD over n values differs by at most n
+/// levels from 255 times the true sum. Hence winner, error, ties and decision are those of an exhaustive
+/// search in double.
 #pragma once
 
 #include <cstdint>
@@ -34,15 +40,16 @@ struct TemplateMatch {
 
 class TemplateMatcher {
  public:
-  /// @throws std::invalid_argument as LocalViewParams::validate does, and where this processor lacks the level.
+  /// @throws std::invalid_argument as LocalViewParams::validate does, and where this processor lacks the
+  /// level.
   explicit TemplateMatcher(const LocalViewParams& params, SimdLevel level = bestSimdLevel());
 
-  /// Stores a template, at a cost that does not depend on how many there are. Its id is the number of templates
-  /// before it. @throws std::invalid_argument for a template of another size than the parameters'.
+  /// Stores a template, at a cost that does not depend on how many there are. Its id is the number of
+  /// templates before it. @throws std::invalid_argument for a template of another size than the parameters'.
   std::uint32_t add(const ViewTemplate& learned);
 
-  /// The template of the smallest error, of equals the lowest id, then the lowest shift; none where the mean gate
-  /// leaves no candidate. @throws std::invalid_argument as add does.
+  /// The template of the smallest error, of equals the lowest id, then the lowest shift; none where the mean
+  /// gate leaves no candidate. @throws std::invalid_argument as add does.
   std::optional<TemplateMatch> findBest(const ViewTemplate& view);
 
   std::size_t size() const { return means_.size(); }

@@ -6,7 +6,7 @@
 /// and one scale, so that they can be computed again from these whenever they are needed.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -35,6 +35,12 @@ ViewTemplate makeViewTemplate(BlockSums blocks, const TemplateParams& params);
 
 /// The values that these block sums give with this scale.
 std::vector<double> templateValues(const BlockSums& blocks, double scale, const TemplateParams& params);
+
+/// The nearest of 256 levels to a value in [0,1]: at most half a level from 255 times the value.
+inline std::uint8_t quantised(double value) { return static_cast<std::uint8_t>(255.0 * value + 0.5); }
+
+/// Values in 8 bits, in the same order.
+std::vector<std::uint8_t> quantised(const std::vector<double>& values);
 
 /// Value of one block after step 3.
 inline double scaledGrey(std::uint64_t sum, double full_scale, double scale) {

@@ -16,6 +16,8 @@
 
 #include "ratslam/config/parameter_map.h"
 #include "ratslam/local_view/local_view_cells.h"
+#include "ratslam/orb_odometry/camera_params.h"
+#include "ratslam/orb_odometry/orb_params.h"
 #include "ratslam/pipeline/map_stage.h"
 #include "ratslam/pipeline/pose_cell_stage.h"
 #include "ratslam/visual_odometry/profile_odometry.h"
@@ -28,6 +30,8 @@ struct PipelineParams {
   PoseCellParams pose_cells;
   ExperienceMapParams experience_map;
   ProfileOdometryParams profile_odometry;
+  OrbOdometryParams orb_odometry;
+  CameraParams camera;
 
   /// @throws std::invalid_argument for a bad value, naming key, value, what would be right and the origin
   static PipelineParams fromMap(const ParameterMap& map);
@@ -40,11 +44,18 @@ struct PipelineParams {
     pose_cells.visitFields(visit);
     experience_map.visitFields(visit);
     profile_odometry.visitFields(visit);
+    orb_odometry.visitFields(visit);
+    camera.visitFields(visit);
   }
 };
 
-/// Where the motion comes from.
+/// Makes odometry of images.
 using OdometrySource = std::function<OdometrySample(Stamp, const cv::Mat&)>;
+
+/// RatSLAM's own: intensity profiles. @throws std::invalid_argument for bad parameters
+OdometrySource profileOdometry(const PipelineParams& params);
+/// ORB features. @throws std::invalid_argument for a bad camera or bad parameters
+OdometrySource orbOdometry(const PipelineParams& params, const CameraModel& camera);
 
 /// Seconds of computing time that each model has taken so far. Not a result: it never influences one.
 struct ModuleTimes {

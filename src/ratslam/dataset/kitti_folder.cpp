@@ -51,6 +51,8 @@ KittiFolder::KittiFolder(const std::string& folder)
   }
 }
 
+cv::Size KittiFolder::imageSize() const { return cv::imread(images_.front(), cv::IMREAD_UNCHANGED).size(); }
+
 std::optional<RecordedItem> KittiFolder::next() {
   if (next_ >= images_.size()) return std::nullopt;
   RecordedImage image;

@@ -1,7 +1,9 @@
 #include "ratslam/local_view/local_view_cells.h"
 
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 #include "ratslam/common/angles.h"
 
@@ -9,6 +11,13 @@ namespace ratslam {
 namespace {
 
 constexpr std::uint32_t kRecentViews = 10;  // learned too recently for a recall of them to be a closed loop
+
+/// An image of its own of 8-bit values that go row by row.
+cv::Mat displayable(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) {
+  cv::Mat image(params.y_size, params.x_size, CV_8UC1);
+  std::copy(bytes.begin(), bytes.end(), image.begin<std::uint8_t>());
+  return image;
+}
 
 }  // namespace
 
@@ -22,6 +31,10 @@ bool LocalViewCells::isOldView(std::uint32_t id) const {
 
 double LocalViewCells::shiftAngle(int shift) const {
   return params_.panoramic ? wrapAngle(2.0 * kPi * shift / params_.view_template.x_size) : 0.0;
+}
+
+cv::Mat LocalViewCells::templateImage(std::uint32_t id) const {
+  return displayable(matcher_.bytes(id), params_.view_template);
 }
 
 ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier) {
@@ -56,6 +69,7 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerif
   image_size_ = image.size();
   active_ = event.id;
   geometry_ = geometry;
+  view_image_ = displayable(quantised(view.values), params_.view_template);
   return event;
 }
 

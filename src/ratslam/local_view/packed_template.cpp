@@ -43,8 +43,8 @@ PackedTemplate::PackedTemplate(const ViewTemplate& original, const TemplateParam
 }
 
 std::uint64_t PackedTemplate::smallestSum(std::uint8_t byte) const {
-  // Half a level below the byte's, and 1 less for the rounding of the value and of this product.
-  const double sum = (byte - 0.5) * sums_per_level_ - 1.0;
+  // Half a level below the byte's, less what the rounding of the value and of this product can amount to.
+  const double sum = std::ceil((byte - 0.5) * sums_per_level_ * (1.0 - 1e-12) - 1e-9);
   return sum > 0.0 ? static_cast<std::uint64_t>(sum) : 0;
 }
 

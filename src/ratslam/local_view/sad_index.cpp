@@ -13,25 +13,39 @@ constexpr std::size_t kSegmentGroups = 32;  // a new segment is cheap, and a sea
 
 std::size_t asSize(int value) { return static_cast<std::size_t>(value); }
 
-/// Chunk number `chunk` of a view laid out at one shift, compared at the bytes [begin, end) of a template.
-MaskedChunk maskedChunk(const std::uint64_t* view, std::size_t chunk, std::size_t begin, std::size_t end) {
-  std::uint8_t mask[8];
-  for (std::size_t i = 0; i < 8; ++i) {
-    const std::size_t position = chunk * 8 + i;
-    mask[i] = position >= begin && position < end ? 255 : 0;
+/// Writes `bytes` at byte `begin` of shift number `shift` of a block.
+void spread(const std::vector<std::uint8_t>& bytes, std::size_t begin, std::size_t shift,
+            std::vector<std::uint64_t>& words) {
+  auto* target = reinterpret_cast<std::uint8_t*>(words.data());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const std::size_t position = begin + i;
+    target[(position / 8 * kBlockShifts + shift) * 8 + position % 8] = bytes[i];
   }
-  MaskedChunk masked{chunk, view[chunk], 0};
-  std::memcpy(&masked.mask, mask, sizeof mask);
-  return masked;
+}
+
+/// The masks of the shifts that begin to compare `compared` bytes at `begins`.
+ShiftBlock shiftBlock(const std::vector<std::size_t>& begins, std::size_t compared, std::size_t chunks) {
+  const auto [first, last] = std::minmax_element(begins.begin(), begins.end());
+  ShiftBlock block;
+  block.begin = *first / 8;
+  block.end = (*last + compared + 7) / 8;
+  block.inner_begin = (*last + 7) / 8;
+  block.inner_end = (*first + compared) / 8;
+  if (block.inner_end <= block.inner_begin) block.inner_begin = block.inner_end = block.end;  // all masked
+  block.view.assign(chunks * kBlockShifts, 0);
+  block.mask.assign(chunks * kBlockShifts, 0);
+  const std::vector<std::uint8_t> set(compared, 255);
+  for (std::size_t s = 0; s < kBlockShifts; ++s) spread(set, begins[s], s, block.mask);
+  return block;
 }
 
 }  // namespace
 
 struct SadIndex::View {
   SmallestSads smallest_sads = nullptr;
-  std::vector<std::uint64_t> laid_out;  // shifts x group_chunks, 0 where nothing is compared
-  std::vector<ShiftedView> shifts;
-  std::vector<std::size_t> begins;  // byte of a template at which the compared ones begin, for each shift
+  ShiftedViews shifted;
+  std::vector<std::vector<std::uint8_t>> compared;  // the view's bytes at each shift
+  std::vector<std::size_t> begins;                  // the template's byte which the first of them meets
 };
 
 SadIndex::SadIndex(const LocalViewParams& params, int rows, SimdLevel level)
@@ -45,10 +59,15 @@ SadIndex::SadIndex(const LocalViewParams& params, int rows, SimdLevel level)
       group_chunks_((template_bytes_ + 7) / 8),
       view_(std::make_unique<View>()) {
   view_->smallest_sads = smallestSadsFor(level);
-  view_->shifts.resize(asSize(params.shiftCount()));
-  view_->laid_out.assign(view_->shifts.size() * group_chunks_, 0);
-  for (std::size_t i = 0; i < view_->shifts.size(); ++i) {
+  view_->shifted.group_chunks = group_chunks_;
+  const std::size_t shifts = asSize(params.shiftCount());
+  view_->compared.resize(shifts);
+  for (std::size_t i = 0; i < shifts; ++i)
     view_->begins.push_back(panoramic_ ? 0 : i * asSize(step_ * rows_));
+  for (std::size_t first = 0; first < shifts; first += kBlockShifts) {
+    std::vector<std::size_t> begins;
+    for (std::size_t s = 0; s < kBlockShifts; ++s) begins.push_back(view_->begins[blockShift(first + s)]);
+    view_->shifted.blocks.push_back(shiftBlock(begins, compared_bytes_, group_chunks_));
   }
 }
 
@@ -84,48 +103,43 @@ std::vector<std::uint8_t> SadIndex::bytes(std::size_t id) const {
   return bytes;
 }
 
+/// The last block is filled up with its last shift.
+std::size_t SadIndex::blockShift(std::size_t position) const {
+  return std::min(position, view_->compared.size() - 1);
+}
+
 void SadIndex::setView(const std::vector<std::uint8_t>& bytes) {
-  for (std::size_t i = 0; i < view_->shifts.size(); ++i) {
-    std::uint64_t* laid_out = view_->laid_out.data() + i * group_chunks_;
-    const std::size_t begin = view_->begins[i];
-    const std::size_t end = begin + compared_bytes_;
+  const auto first = bytes.begin() + first_column_ * rows_;
+  for (std::size_t i = 0; i < view_->compared.size(); ++i) {
+    std::vector<std::uint8_t>& compared = view_->compared[i];
     if (panoramic_) {
       // Column x of the view meets column x + shift of the template.
       const auto split = bytes.end() - static_cast<std::ptrdiff_t>(i * asSize(step_ * rows_));
-      std::vector<std::uint8_t> turned(split, bytes.end());
-      turned.insert(turned.end(), bytes.begin(), split);
-      std::memcpy(laid_out, turned.data(), turned.size());
+      compared.assign(split, bytes.end());
+      compared.insert(compared.end(), bytes.begin(), split);
     } else {
-      std::memcpy(reinterpret_cast<std::uint8_t*>(laid_out) + begin,
-                  bytes.data() + asSize(first_column_ * rows_), compared_bytes_);
+      compared.assign(first, first + static_cast<std::ptrdiff_t>(compared_bytes_));
     }
-    ShiftedView& shift = view_->shifts[i];
-    const std::size_t head = begin / 8;
-    const std::size_t tail = (end - 1) / 8;
-    shift.head = maskedChunk(laid_out, head, begin, end);
-    shift.tail = tail > head ? maskedChunk(laid_out, tail, begin, end) : MaskedChunk{head, 0, 0};
-    shift.middle_chunk = head + 1;
-    shift.middle_count = tail > head ? tail - head - 1 : 0;
-    shift.middle_view = laid_out + shift.middle_chunk;
+  }
+  for (std::size_t i = 0; i < view_->shifted.blocks.size() * kBlockShifts; ++i) {
+    const std::size_t shift = blockShift(i);
+    spread(view_->compared[shift], view_->begins[shift], i % kBlockShifts,
+           view_->shifted.blocks[i / kBlockShifts].view);
   }
 }
 
 void SadIndex::smallestSads(std::size_t first, std::size_t last, std::uint32_t* smallest) const {
-  const ShiftedViews views{view_->shifts.data(), view_->shifts.size(), group_chunks_};
   while (first < last) {
     const std::size_t count = std::min(last - first, kSegmentGroups - first % kSegmentGroups);
-    view_->smallest_sads(chunkOf(first * kGroupLanes, 0), count, views, smallest);
+    view_->smallest_sads(chunkOf(first * kGroupLanes, 0), count, view_->shifted, smallest);
     smallest += count * kGroupLanes;
     first += count;
   }
 }
 
 std::uint32_t SadIndex::sad(const std::vector<std::uint8_t>& template_bytes, int shift_number) const {
-  const std::size_t i = asSize(shift_number);
-  const std::size_t begin = view_->begins[i];
-  const auto* view =
-      reinterpret_cast<const std::uint8_t*>(view_->laid_out.data() + i * group_chunks_) + begin;
-  const std::uint8_t* learned = template_bytes.data() + begin;
+  const std::uint8_t* view = view_->compared[asSize(shift_number)].data();
+  const std::uint8_t* learned = template_bytes.data() + view_->begins[asSize(shift_number)];
   std::uint32_t sum = 0;
   for (std::size_t b = 0; b < compared_bytes_; ++b) {
     const int difference = static_cast<int>(view[b]) - static_cast<int>(learned[b]);

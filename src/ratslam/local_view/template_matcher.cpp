@@ -91,7 +91,8 @@ std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view)
   return best;
 }
 
-/// Fills coarse_sads_, kNoCandidate where the mean gate excludes a template, and returns the id of the smallest.
+/// Fills coarse_sads_, kNoCandidate where the mean gate excludes a template, and returns the id of the
+/// smallest.
 std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
   const double gate = params_.meanGate();
   const auto excluded = [&](std::size_t id) {
@@ -126,7 +127,7 @@ std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
 
 /// Fills candidates_ with every template that may be the best, the smallest 8-bit SAD first.
 void TemplateMatcher::collectCandidates(std::size_t most_likely) {
-  const std::uint64_t slack = fine_.comparedBytes() + 1;    // of a fine SAD; 1 for the rounding of doubles
+  const std::uint64_t slack = fine_.comparedBytes() + 1;  // of a fine SAD; 1 for the rounding of doubles
   const std::uint64_t coarse_slack = coarse_.comparedBytes() + 1;
   const auto rows = static_cast<std::uint64_t>(params_.view_template.y_size);
   candidates_.clear();
@@ -189,7 +190,8 @@ double TemplateMatcher::meanDifference(const std::vector<double>& view, const st
     const double* view_row = view.data() + y * columns + first;
     const double* learned_row = learned.data() + y * columns;
     for (int x = 0; x < unwrapped; ++x) sum += std::abs(view_row[x] - learned_row[x + shift]);
-    for (int x = unwrapped; x < compared; ++x) sum += std::abs(view_row[x] - learned_row[x + shift - columns]);
+    for (int x = unwrapped; x < compared; ++x)
+      sum += std::abs(view_row[x] - learned_row[x + shift - columns]);
   }
   return sum / static_cast<double>(fine_.comparedBytes());
 }

@@ -109,6 +109,13 @@ std::vector<double> templateValues(const BlockSums& blocks, double scale, const 
   return params.patch_radius > 0 ? patchNormalised(values, params) : values;
 }
 
+std::vector<std::uint8_t> quantised(const std::vector<double>& values) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(values.size());
+  for (const double value : values) bytes.push_back(quantised(value));
+  return bytes;
+}
+
 ViewTemplate makeViewTemplate(BlockSums blocks, const TemplateParams& params) {
   ViewTemplate made;
   made.blocks = std::move(blocks);

@@ -1,6 +1,9 @@
 #include "ratslam/pipeline/pipeline.h"
 
 #include <chrono>
+#include <memory>
+
+#include "ratslam/orb_odometry/orb_odometry.h"
 
 namespace ratslam {
 namespace {
@@ -27,6 +30,8 @@ PipelineParams PipelineParams::fromMap(const ParameterMap& map) {
   map.read(params.pose_cells);
   map.read(params.experience_map);
   map.read(params.profile_odometry);
+  map.read(params.orb_odometry);
+  map.read(params.camera);
   return params;
 }
 
@@ -36,6 +41,16 @@ std::set<std::string> PipelineParams::knownKeys() {
   params.visitFields(
       [&keys](const std::string& key, auto&, const Bounds&, const char*) { keys.insert(key); });
   return keys;
+}
+
+OdometrySource profileOdometry(const PipelineParams& params) {
+  return [odometry = std::make_shared<ProfileOdometry>(params.profile_odometry)](
+             Stamp stamp, const cv::Mat& image) { return odometry->track(stamp, image); };
+}
+
+OdometrySource orbOdometry(const PipelineParams& params, const CameraModel& camera) {
+  return [odometry = std::make_shared<OrbOdometry>(camera, params.orb_odometry)](
+             Stamp stamp, const cv::Mat& image) { return odometry->track(stamp, image).sample; };
 }
 
 Pipeline::Pipeline(const PipelineParams& params, OdometrySource odometry)

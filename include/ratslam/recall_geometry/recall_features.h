@@ -1,0 +1,68 @@
+/// ORB features of one image for recall geometry: Rublee et al., "ORB: an efficient alternative to SIFT or
+/// SURF" (2011).
+///
+/// 1. Grey image of any pixel format, in 8 bits; shrunk where it has more pixels than features need.
+/// 2. FAST corners on each level of a pyramid. Cells of a grid give up their strongest corners in turn until
+/// there
+///    are enough, because the strongest of all cluster on foliage and the like.
+/// 3. Direction from the intensity centroid, descriptor by OpenCV's ORB.
+/// 4. Places become bearings (X/Z, Y/Z) in the camera frame (x right, y down, z forward), free of lens
+/// distortion.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace ratslam {
+
+/// Pinhole camera behind a lens.
+struct RecallCamera {
+  double fx = 0.0;  ///< focal lengths [px]
+  double fy = 0.0;
+  double cx = 0.0;  ///< principal point [px]
+  double cy = 0.0;
+  /// Pixels as the image has them -> pixels of the ideal pinhole, one to one; empty: the lens does not
+  /// distort.
+  std::function<std::vector<Eigen::Vector2d>(const std::vector<Eigen::Vector2d>&)> undistort;
+
+  /// @throws std::invalid_argument naming key, value and requirement
+  void validate() const;
+};
+
+struct RecallFeatures {
+  std::vector<Eigen::Vector2f> bearings;  ///< (X/Z, Y/Z)
+  std::vector<float> sigmas;  ///< how well a corner of its pyramid level is placed, in units of bearing
+  cv::Mat descriptors;        ///< one row of kRecallDescriptorBytes a feature, CV_8U
+
+  std::size_t size() const { return bearings.size(); }
+};
+
+constexpr int kRecallDescriptorBytes = 32;
+
+/// @param image 8- or 16-bit with 1, 3 (BGR) or 4 (BGRA) channels, any row stride.
+/// @return 8-bit, 1 channel, memory of its own.
+/// @throws std::invalid_argument for an empty image or another pixel format
+cv::Mat recallGrey(const cv::Mat& image);
+
+/// @param grey 8-bit, 1 channel.
+/// @return at most `count` features, ordered such that the first n cover the image as well as n features can;
+/// none where the image has no corners or is smaller than a descriptor's patch.
+RecallFeatures extractRecallFeatures(const cv::Mat& grey, const RecallCamera& camera, int count);
+
+/// The first `count` features, or all.
+RecallFeatures firstFeatures(const RecallFeatures& features, std::size_t count);
+
+/// Two features, by index, that look alike.
+struct RecallMatch {
+  int first = 0;
+  int second = 0;
+};
+
+/// Pairs that are each other's best match, clearly better than the second best (Lowe's ratio), by first
+/// index.
+std::vector<RecallMatch> matchRecallFeatures(const RecallFeatures& first, const RecallFeatures& second);
+
+}  // namespace ratslam

@@ -1,0 +1,28 @@
+/// Parameters of recall geometry.
+#pragma once
+
+#include <string>
+
+#include "ratslam/common/params.h"
+
+namespace ratslam {
+
+struct RecallGeometryParams {
+  std::string verify = "none";  ///< "none": nothing is stored or measured; "orb": ORB geometry
+  int features = 500;           ///< features of an image
+  int min_inliers = 25;         ///< matches that must agree for a recall to be confirmed
+  int max_templates = 5000;     ///< templates kept: a bound on memory
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    visit("vt_verify", verify, Bounds{}, "how image geometry checks recalls: none, orb");
+    visit("vt_verify_features", features, Bounds{50, 5000}, "ORB features of an image");
+    visit("vt_verify_min_inliers", min_inliers, Bounds{8, 5000},
+          "feature matches that must agree for a recall to be confirmed");
+    visit("vt_verify_max_templates", max_templates, Bounds{1, 1e6}, "templates kept with their features");
+  }
+  /// @throws std::invalid_argument naming key, value and requirement
+  void validate() const;
+};
+
+}  // namespace ratslam
