@@ -21,7 +21,10 @@ TEST(SimilarTopics, AreThoseOfTheTypeOrTheName) {
 
 class SyncTimeoutTest : public ::testing::Test {
  protected:
-  void SetUp() override { setTime(100.0); }
+  void SetUp() override {
+    ros::Time::init();
+    setTime(100.0);
+  }
   void TearDown() override { ros::Time::shutdown(); }
   static void setTime(double seconds) { ros::Time::setNow(ros::Time(seconds)); }
   static void sleep(double seconds) { ros::WallDuration(seconds).sleep(); }

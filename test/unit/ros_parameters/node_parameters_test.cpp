@@ -62,6 +62,7 @@ TEST(XmlRpcParameters, DoublesArriveToTheLastBit) {
 
 TEST(XmlRpcParameters, OpenRatSlamsSecondSpellingIsTheSameKey) {
   XmlRpc::XmlRpcValue dictionary;
+  dictionary["template_x_size"] = 60;
   dictionary["vt_patch_normalisation"] = 3;
   const ParameterMap map = parametersFromXmlRpc(dictionary, "/lv");
   EXPECT_NO_THROW(map.rejectUnknown(systemKeys()));

@@ -1,0 +1,169 @@
+"""What the integration tests share: synthetic drives as bags, and nodes as processes whose words can be waited for."""
+import math
+import os
+import re
+import subprocess
+import threading
+import time
+
+import cv2
+import numpy as np
+import rosbag
+import roslib.packages
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import CompressedImage, Image
+
+WIDTH, HEIGHT = 160, 60
+LAP_FRAMES = 80
+PIXELS_PER_FRAME = 6
+FRAME_PERIOD_NS = 100000000
+START_NS = 1000000000000
+SPEED = 1.0  # m/s, round a circle that closes after a lap
+
+CONFIG = {
+    "template_x_size": 20, "template_y_size": 6, "vt_shift_match": 2, "vt_step_match": 1, "vt_match_threshold": 0.03,
+    "pc_dim_xy": 11, "pc_cell_x_size": 0.5, "pc_vt_inject_energy": 0.15, "exp_delta_pc_threshold": 1.0, "exp_loops": 5,
+    "camera_fov_deg": 120.0, "vtrans_scaling": 10.0, "exp_recall_sigma": 0.3,
+}
+
+
+def stamp(nanoseconds):
+    return rospy.Time(nanoseconds // 1000000000, nanoseconds % 1000000000)
+
+
+def frame_stamp(index):
+    """Not quite regular, as stamps are."""
+    return START_NS + index * FRAME_PERIOD_NS + (index * 7919) % 1000000
+
+
+def panorama():
+    """A closed strip of random texture, LAP_FRAMES steps long."""
+    noise = np.random.RandomState(7).randint(0, 256, (HEIGHT, LAP_FRAMES * PIXELS_PER_FRAME)).astype(np.uint8)
+    wrapped = np.hstack([noise, noise, noise])
+    smooth = cv2.normalize(cv2.GaussianBlur(wrapped, (0, 0), 5), None, 0, 255, cv2.NORM_MINMAX)
+    width = noise.shape[1]
+    return np.hstack([smooth[:, width:2 * width], smooth[:, width:width + WIDTH]])
+
+
+def frame(strip, index):
+    begin = (index % LAP_FRAMES) * PIXELS_PER_FRAME
+    return np.ascontiguousarray(strip[:, begin:begin + WIDTH])
+
+
+def image_message(pixels, stamp_ns, encoding="mono8", padding=0):
+    """A raw image; `padding` bytes of 255 follow each row."""
+    rows = np.ascontiguousarray(pixels).reshape(pixels.shape[0], -1)
+    if padding:
+        rows = np.hstack([rows, np.full((rows.shape[0], padding), 255, np.uint8)])
+    message = Image(height=pixels.shape[0], width=pixels.shape[1], encoding=encoding, step=rows.shape[1],
+                    data=rows.tobytes())
+    message.header.stamp, message.header.frame_id = stamp(stamp_ns), "camera"
+    return message
+
+
+def compressed_message(pixels, stamp_ns):
+    message = CompressedImage(format="jpeg", data=cv2.imencode(".jpg", pixels)[1].tobytes())
+    message.header.stamp, message.header.frame_id = stamp(stamp_ns), "camera"
+    return message
+
+
+def odometry_message(stamp_ns, speed=SPEED, yaw_rate=2.0 * math.pi / (LAP_FRAMES * FRAME_PERIOD_NS * 1e-9)):
+    message = Odometry()
+    message.header.stamp, message.header.frame_id, message.child_frame_id = stamp(stamp_ns), "odom", "base_link"
+    message.twist.twist.linear.x, message.twist.twist.angular.z = speed, yaw_rate
+    return message
+
+
+def write_bag(path, root, frames, compressed=False, odometry_period_ns=None, size=None):
+    """A drive of that many frames, scaled to `size` where given; with odometry of its own, out of step with the images,
+    where a period is given."""
+    strip = panorama()
+    messages = []
+    for index in range(frames):
+        at, pixels = frame_stamp(index), frame(strip, index)
+        if size:
+            pixels = cv2.resize(pixels, size)
+        topic = root + "/camera/image" + ("/compressed" if compressed else "")
+        messages.append((at, topic, compressed_message(pixels, at) if compressed else image_message(pixels, at)))
+    if odometry_period_ns:
+        at = START_NS - 37000000
+        while at < messages[frames - 1][0] + odometry_period_ns:
+            messages.append((at, root + "/odom", odometry_message(at)))
+            at += odometry_period_ns
+    messages.sort(key=lambda entry: entry[0])
+    with rosbag.Bag(path, "w") as bag:
+        for at, topic, message in messages:
+            bag.write(topic, message, stamp(at))
+
+
+def write_config(path, **changes):
+    with open(path, "w", encoding="utf-8") as file:
+        for key, value in {**CONFIG, **changes}.items():
+            file.write(f"{key}: {value}\n")
+
+
+def executable(name):
+    found = roslib.packages.find_node("ratslam_ros", name)
+    if not found:
+        raise RuntimeError(f"{name} is not built")
+    return found[0]
+
+
+class Process:
+    """A program, and what it has said so far."""
+
+    def __init__(self, command, **kwargs):
+        environment = dict(os.environ, ROSCONSOLE_STDOUT_LINE_BUFFERED="1")
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                        env=environment, **kwargs)
+        self.lines = []
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            self.lines.append(line.rstrip("\n"))
+
+    def output(self):
+        return "\n".join(self.lines)
+
+    def count(self, pattern):
+        return sum(1 for line in self.lines if re.search(pattern, line))
+
+    def said(self, pattern, timeout=15.0):
+        """Waits for a line. @return whether it came"""
+        return wait_until(lambda: self.count(pattern) > 0, timeout)
+
+    def ended(self, timeout=15.0):
+        """Waits for the end. @return exit code, None where it still runs"""
+        try:
+            code = self.process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return None
+        self.reader.join(5.0)
+        return code
+
+    def interrupt(self, timeout=15.0):
+        """Ends it as roslaunch would. @return exit code"""
+        if self.process.poll() is None:
+            self.process.send_signal(2)
+        code = self.ended(timeout)
+        if code is None:
+            self.process.kill()
+        return code
+
+
+def start_node(name, *arguments, **parameters):
+    """A node of the package with private parameters; arguments are a configuration file and remappings."""
+    values = [f"_{key}:={value}" for key, value in parameters.items()]
+    return Process([executable(name), *arguments, *values])
+
+
+def wait_until(condition, timeout=15.0):
+    end = time.monotonic() + timeout
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.05)
+    return condition()

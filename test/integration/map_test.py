@@ -1,0 +1,173 @@
+#!/usr/bin/python3
+"""The experience map node alone, fed by hand: what it makes of decisions, and what it tells the world."""
+import os
+import shutil
+import sys
+import tempfile
+import unittest
+
+import rospy
+import rostest
+import tf2_msgs.msg
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry, Path
+from ratslam_ros.msg import PoseCellState, TopologicalAction, TopologicalMap
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import Marker
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import harness  # noqa: E402  (lies beside this file)
+
+CREATE, LINK = TopologicalAction.CREATE_NODE, TopologicalAction.CREATE_EDGE
+# A square of 4 m: at each corner a new place, at the end the first one is recognised.
+STEPS = [(CREATE, 0, 0), (CREATE, 0, 1), (CREATE, 1, 2), (CREATE, 2, 3), (LINK, 3, 0)]
+
+
+class Map(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp()
+        rospy.init_node("map_test")
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        self.name = self.id().rsplit(".", 1)[-1]
+        self.root = "/" + self.name
+        self.node = None
+        self.received = {}
+
+    def tearDown(self):
+        if self.node:
+            self.node.interrupt()
+
+    def start(self, **parameters):
+        self.trajectory = os.path.join(self.folder, self.name)
+        self.node = harness.start_node("ratslam_em", f"__name:=em_{self.name}", topic_root=self.root, map_period=0.0,
+                                       exp_initial_em_deg=0.0, trajectory_file=self.trajectory, **parameters)
+
+    def listen(self, topic, kind):
+        messages = self.received.setdefault(topic, [])
+        name = topic if topic.startswith("/") else self.root + "/" + topic
+        subscriber = rospy.Subscriber(name, kind, messages.append, queue_size=None)
+        self.assertTrue(harness.wait_until(lambda: subscriber.get_num_connections() > 0), topic)
+        return messages
+
+    def publisher(self, topic, kind):
+        publisher = rospy.Publisher(self.root + "/" + topic, kind, queue_size=1000)
+        self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() > 0), topic)
+        return publisher
+
+    def drive(self, odometry, decide):
+        """Round the square, 1 s a side at 4 m/s, turning at the corners."""
+        for corner, step in enumerate(STEPS):
+            for tick in range(10):
+                at = harness.START_NS + (10 * corner + tick) * 100000000
+                odometry.publish(harness.odometry_message(at, 4.0, 0.0))
+            at = harness.START_NS + (10 * corner + 9) * 100000000
+            # A quarter turn in the last instant before the corner's next side.
+            odometry.publish(harness.odometry_message(at + 10000000, 0.0, 3.141592653589793 / 2 / 0.01))
+            decide(at, step)
+
+    @staticmethod
+    def fill(message, at, step):
+        message.header.stamp = harness.stamp(at)
+        message.action, message.src_id, message.dest_id = step
+        return message
+
+    def check_square(self, maps):
+        self.assertTrue(harness.wait_until(lambda: maps and maps[-1].edge_count == 4), self.node.output())
+        last = maps[-1]
+        self.assertEqual((last.node_count, len(last.node), len(last.edge)), (4, 4, 4))
+        self.assertEqual(last.header.frame_id, "map")
+        self.assertEqual((last.edge[3].source_id, last.edge[3].destination_id), (3, 0))
+        self.assertAlmostEqual(last.edge[0].duration.to_sec(), 1.0, places=6)
+        diagonal = ((last.node[2].pose.position.x - last.node[0].pose.position.x) ** 2 +
+                    (last.node[2].pose.position.y - last.node[0].pose.position.y) ** 2) ** 0.5
+        self.assertAlmostEqual(diagonal, 4.0 * 2.0 ** 0.5, delta=0.8)
+
+    def test_map_from_actions_alone_as_recorded_bags_have_them(self):
+        self.start()
+        maps = self.listen("ExperienceMap/Map", TopologicalMap)
+        odometry = self.publisher("odom", Odometry)
+        actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
+        self.drive(odometry, lambda at, step: actions.publish(self.fill(TopologicalAction(), at, step)))
+        self.check_square(maps)
+
+    def test_states_rule_out_actions_and_everything_is_published(self):
+        states = rospy.Publisher(self.root + "/PoseCell/State", PoseCellState, queue_size=1000)
+        self.start()
+        maps = self.listen("ExperienceMap/Map", TopologicalMap)
+        poses = self.listen("ExperienceMap/RobotPose", PoseStamped)
+        paths = self.listen("ExperienceMap/PathToGoal", Path)
+        transforms = self.listen("/tf", tf2_msgs.msg.TFMessage)
+        odometry = self.publisher("odom", Odometry)
+        actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
+        self.assertTrue(harness.wait_until(lambda: states.get_num_connections() > 0))
+
+        def decide(at, step):
+            actions.publish(self.fill(TopologicalAction(), at, step))
+            states.publish(self.fill(PoseCellState(), at, step))
+
+        self.drive(odometry, decide)
+        self.check_square(maps)
+        self.assertTrue(harness.wait_until(lambda: len(poses) == len(STEPS)), self.node.output())
+        ends = [harness.stamp(harness.START_NS + (10 * corner + 9) * 100000000) for corner in range(len(STEPS))]
+        self.assertEqual([pose.header.stamp for pose in poses], ends)
+        self.assertEqual(self.node.count("dropped"), 0, self.node.output())
+
+        # Latched: who comes late gets the map all the same.
+        markers = self.listen("ExperienceMap/MapMarker", Marker)
+        self.assertTrue(harness.wait_until(lambda: markers))
+        self.assertEqual(len(markers[-1].points), 8)
+
+        ours = [t for message in transforms for t in message.transforms if t.child_frame_id == "odom"]
+        self.assertTrue(ours)
+        self.assertEqual({t.header.frame_id for t in ours}, {"map"})
+
+        goals = self.publisher("ExperienceMap/SetGoalPose", PoseStamped)
+        goal = PoseStamped()
+        goal.header.frame_id = "map"
+        goal.pose.position = maps[-1].node[2].pose.position
+        goals.publish(goal)
+        self.assertTrue(harness.wait_until(lambda: paths and len(paths[-1].poses) > 1), self.node.output())
+        self.assertAlmostEqual(paths[-1].poses[-1].pose.position.x, goal.pose.position.x, places=6)
+        goal.pose.position.x = 1e6
+        goals.publish(goal)
+        self.assertTrue(self.node.said("goal failed: "), self.node.output())
+
+        # By service at any time, and again at the end; TUM lines of eight numbers.
+        answer = rospy.ServiceProxy(self.root + "/ExperienceMap/WriteTrajectories", Trigger)()
+        self.assertTrue(answer.success, answer.message)
+        with open(self.trajectory + "_online.tum", encoding="utf-8") as file:
+            by_service = file.read()
+        self.assertTrue(all(len(line.split()) == 8 for line in by_service.splitlines()))
+        self.assertEqual(len(by_service.splitlines()[-1].split()[0].split(".")[1]), 9)
+        os.remove(self.trajectory + "_online.tum")
+        self.assertEqual(self.node.interrupt(), 0)
+        with open(self.trajectory + "_online.tum", encoding="utf-8") as file:
+            self.assertEqual(file.read(), by_service)
+
+    def test_impossible_actions_are_reported_and_leave_the_map_unharmed(self):
+        self.start(decision_source="action", trajectory_format="kitti")
+        maps = self.listen("ExperienceMap/Map", TopologicalMap)
+        odometry = self.publisher("odom", Odometry)
+        actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
+
+        def decide(at, step):
+            actions.publish(self.fill(TopologicalAction(), at, step))
+            actions.publish(self.fill(TopologicalAction(), at, (LINK, step[2], 77)))
+            actions.publish(self.fill(TopologicalAction(), at, (9, 0, 0)))
+
+        self.drive(odometry, decide)
+        self.check_square(maps)
+        self.assertTrue(self.node.said("decision of the pose cells dropped: .*77"), self.node.output())
+        self.assertEqual(self.node.interrupt(), 0)
+        with open(self.trajectory + "_final.txt", encoding="utf-8") as file:
+            self.assertTrue(all(len(line.split()) == 12 for line in file))
+
+
+if __name__ == "__main__":
+    rostest.rosrun("ratslam_ros", "map", Map, sys.argv)

@@ -1,0 +1,218 @@
+#!/usr/bin/python3
+"""Single nodes on streams as they come in the field: corrupt, odd, late, missing, running backwards."""
+import math
+import os
+import shutil
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from ratslam_ros.msg import PoseCellState, TopologicalAction, ViewTemplate
+from sensor_msgs.msg import CompressedImage, Image
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import harness  # noqa: E402  (lies beside this file)
+
+
+class Collector:
+    """Everything that comes on a topic."""
+
+    def __init__(self, topic, kind):
+        self.messages = []
+        self.subscriber = rospy.Subscriber(topic, kind, self.messages.append, queue_size=None)
+
+    def has(self, count):
+        return harness.wait_until(lambda: len(self.messages) >= count)
+
+    def connected(self):
+        return harness.wait_until(lambda: self.subscriber.get_num_connections() > 0)
+
+
+class Streams(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp()
+        cls.config = os.path.join(cls.folder, "config.yaml")
+        harness.write_config(cls.config)
+        cls.strip = harness.panorama()
+        rospy.init_node("streams_test")
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        self.nodes = []
+        self.root = "/" + self.id().rsplit(".", 1)[-1]
+
+    def tearDown(self):
+        for node in self.nodes:
+            node.interrupt()
+
+    def start(self, name, **parameters):
+        """A node under a namespace of the test's own."""
+        node = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}",
+                                  topic_root=self.root, **parameters)
+        self.nodes.append(node)
+        return node
+
+    def publisher(self, topic, kind):
+        """A publisher to which the node under test has connected."""
+        publisher = rospy.Publisher(self.root + "/" + topic, kind, queue_size=1000)
+        self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() > 0), topic)
+        return publisher
+
+    def collector(self, topic, kind):
+        collector = Collector(self.root + "/" + topic, kind)
+        self.assertTrue(collector.connected(), topic)
+        return collector
+
+    def frame(self, index):
+        return harness.frame(self.strip, index)
+
+    def view(self, index, number=None):
+        message = ViewTemplate(current_id=index if number is None else number)
+        message.header.stamp = harness.stamp(harness.frame_stamp(index))
+        return message
+
+    def test_corrupt_jpegs_are_counted_skipped_and_reported(self):
+        node = self.start("ratslam_lv", image_transport="compressed")
+        templates = self.collector("LocalView/Template", ViewTemplate)
+        images = self.publisher("camera/image/compressed", CompressedImage)
+        for index in range(6):
+            message = harness.compressed_message(self.frame(8 * index), harness.frame_stamp(index))
+            if index in (2, 4):
+                message.data = message.data[:len(message.data) // 2]
+            images.publish(message)
+        self.assertTrue(templates.has(4), node.output())
+        self.assertEqual([m.header.stamp for m in templates.messages],
+                         [harness.stamp(harness.frame_stamp(i)) for i in (0, 1, 3, 5)])
+        self.assertTrue(node.said(r"image skipped: corrupt compressed image"), node.output())
+
+    def test_encodings_of_one_picture_are_one_view(self):
+        node = self.start("ratslam_lv")
+        templates = self.collector("LocalView/Template", ViewTemplate)
+        images = self.publisher("camera/image", Image)
+        grey = self.frame(0)
+        colour = np.dstack([grey, grey, grey])
+        with_alpha = np.dstack([colour, np.full_like(grey, 13)])
+        deep = (grey.astype(np.uint16) * 257).view(np.uint8)
+        variants = [(grey, "mono8", 0), (grey, "mono8", 7), (colour, "bgr8", 0), (colour, "rgb8", 11),
+                    (with_alpha, "bgra8", 0), (with_alpha, "rgba8", 4)]
+        for index, (pixels, encoding, padding) in enumerate(variants):
+            images.publish(harness.image_message(pixels, harness.frame_stamp(index), encoding, padding))
+        message = harness.image_message(deep, harness.frame_stamp(6), "mono16")
+        message.width //= 2
+        images.publish(message)
+        self.assertTrue(templates.has(7), node.output())
+        self.assertEqual({m.current_id for m in templates.messages}, {0})
+        self.assertEqual(templates.messages[0].header.frame_id, "camera")
+
+    def test_unknown_encoding_and_another_size_are_skipped_by_name(self):
+        node = self.start("ratslam_lv")
+        templates = self.collector("LocalView/Template", ViewTemplate)
+        images = self.publisher("camera/image", Image)
+        images.publish(harness.image_message(self.frame(0), harness.frame_stamp(0)))
+        self.assertTrue(templates.has(1))
+        images.publish(harness.image_message(self.frame(1), harness.frame_stamp(1), "yuv422"))
+        self.assertTrue(node.said("image encoding 'yuv422' is not supported"), node.output())
+        images.publish(harness.image_message(self.frame(2)[:40], harness.frame_stamp(2)))
+        images.publish(harness.image_message(self.frame(3), harness.frame_stamp(3)))
+        self.assertTrue(templates.has(2))
+        self.assertEqual(templates.messages[-1].header.stamp, harness.stamp(harness.frame_stamp(3)))
+
+    def test_image_size_change_is_said_clearly(self):
+        node = self.start("ratslam_vo")
+        odometry = self.collector("odom", Odometry)
+        images = self.publisher("camera/image", Image)
+        images.publish(harness.image_message(self.frame(0), harness.frame_stamp(0)))
+        self.assertTrue(odometry.has(1))
+        images.publish(harness.image_message(self.frame(1)[:, :100], harness.frame_stamp(1)))
+        self.assertTrue(node.said("size changed from 160x60 to 100x60"), node.output())
+
+    def test_odometry_of_ours_is_complete(self):
+        self.start("ratslam_vo", publish_tf="false")
+        odometry = self.collector("odom", Odometry)
+        images = self.publisher("camera/image", Image)
+        for index in range(5):
+            images.publish(harness.image_message(self.frame(index), harness.frame_stamp(index)))
+        self.assertTrue(odometry.has(5))
+        last = odometry.messages[-1]
+        self.assertEqual(last.header.stamp, harness.stamp(harness.frame_stamp(4)))
+        self.assertEqual((last.header.frame_id, last.child_frame_id), ("odom", "base_link"))
+        # The strip moves right to left: the camera turns right, 6 px a frame of 120 deg over 160 px.
+        self.assertAlmostEqual(last.twist.twist.angular.z, -math.radians(6 * 120.0 / 160.0) / 0.1, delta=0.02)
+        self.assertGreater(last.twist.covariance[0], 0.0)
+        self.assertGreater(last.twist.covariance[35], 0.0)
+        self.assertGreater(last.pose.covariance[35], odometry.messages[1].pose.covariance[35])
+        self.assertNotEqual(last.pose.pose.orientation.w, 0.0)
+
+    def test_odometry_that_is_not_finite_is_dropped_and_counted(self):
+        node = self.start("ratslam_pc")
+        states = self.collector("PoseCell/State", PoseCellState)
+        odometry = self.publisher("odom", Odometry)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        for index in range(5):
+            at = harness.frame_stamp(index)
+            odometry.publish(harness.odometry_message(at))
+            odometry.publish(harness.odometry_message(at + 1000, speed=float("nan")))
+            odometry.publish(harness.odometry_message(at + 2000, yaw_rate=float("inf")))
+            views.publish(self.view(index))
+        self.assertTrue(states.has(5), node.output())
+        for state in states.messages:
+            self.assertTrue(all(math.isfinite(v) for v in (state.x, state.y, state.th)))
+        self.assertEqual(node.count("odometry dropped, it is not finite"), 1, node.output())
+
+    def test_actions_are_published_for_what_is_to_do_and_states_for_every_view(self):
+        self.start("ratslam_pc")
+        states = self.collector("PoseCell/State", PoseCellState)
+        actions = self.collector("PoseCell/TopologicalAction", TopologicalAction)
+        odometry = self.publisher("odom", Odometry)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        odometry.publish(harness.odometry_message(harness.frame_stamp(0) - 1000))
+        for index in range(6):
+            odometry.publish(harness.odometry_message(harness.frame_stamp(index), speed=0.0, yaw_rate=0.0))
+            views.publish(self.view(index, number=0))
+        self.assertTrue(states.has(6))
+        self.assertEqual([s.action for s in states.messages], [TopologicalAction.CREATE_NODE] + 5 * [0])
+        self.assertTrue(actions.has(1))
+        self.assertEqual(len(actions.messages), 1)
+        self.assertEqual(actions.messages[0].header.stamp, states.messages[0].header.stamp)
+
+    def test_time_that_jumps_back_is_one_warning_and_no_crash(self):
+        node = self.start("ratslam_pc")
+        states = self.collector("PoseCell/State", PoseCellState)
+        odometry = self.publisher("odom", Odometry)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        for turn in range(2):
+            for index in range(5):
+                odometry.publish(harness.odometry_message(harness.frame_stamp(index)))
+                views.publish(self.view(index))
+            # Two connections keep no common order: the second turn must not overtake the first.
+            self.assertTrue(states.has(5 * (turn + 1)), node.output())
+        self.assertEqual(node.count(r"odom: time went back"), 1, node.output())
+        self.assertEqual(node.count(r"Template: time went back"), 1, node.output())
+
+    def test_silent_odometry_does_not_stall_the_views(self):
+        node = self.start("ratslam_pc", sync_timeout=0.5)
+        states = self.collector("PoseCell/State", PoseCellState)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        for index in range(3):
+            views.publish(self.view(index))
+        self.assertTrue(states.has(3), node.output())
+        self.assertTrue(node.said(self.root + "/odom is silent"), node.output())
+
+    def test_stream_that_never_comes_is_named_with_what_looks_like_it(self):
+        elsewhere = rospy.Publisher("/wheels" + self.root, Odometry, queue_size=1)
+        node = self.start("ratslam_pc")
+        self.assertTrue(node.said(r"nothing has come on %s/odom \[nav_msgs/Odometry\] for 5 s.*%s" %
+                                  (self.root, elsewhere.resolved_name)), node.output())
+        self.assertTrue(node.said(r"nothing has come on %s/LocalView/Template" % self.root), node.output())
+
+
+if __name__ == "__main__":
+    rostest.rosrun("ratslam_ros", "streams", Streams, sys.argv)
