@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "ratslam/local_view/local_view_params.h"
-#include "ratslam/local_view/simd_level.h"
+#include "ratslam/common/simd_level.h"
 
 namespace ratslam {
 
