@@ -67,14 +67,13 @@ RATSLAM_AVX512 inline void addQuad(SlideSums& sums, const std::uint32_t& quad, _
   sums.words = _mm512_add_epi16(sums.words, _mm512_dbsad_epu8(view, learned, kAsTheyAre));
 }
 
-/// 8 bytes of each template from quad number `quad` of a row on.
+/// 8 bytes of each template from quad number `quad` of a row on. From an odd quad on these are second halves
+/// of a chunk and first halves of the next: loads displaced by half of 8 bytes put them in place without a
+/// permutation, for which dbsad leaves no time.
 RATSLAM_AVX512 inline __m512i learnedFrom(const std::uint8_t* row, std::size_t quad) {
   const std::uint8_t* chunk = row + quad / 2 * 64;
-  const __m512i first = _mm512_load_si512(chunk);
-  if (quad % 2 == 0) return first;
-  const __m512i second_halves_then_first =
-      _mm512_set_epi32(30, 15, 28, 13, 26, 11, 24, 9, 22, 7, 20, 5, 18, 3, 16, 1);
-  return _mm512_permutex2var_epi32(first, second_halves_then_first, _mm512_load_si512(chunk + 64));
+  if (quad % 2 == 0) return _mm512_load_si512(chunk);
+  return _mm512_mask_loadu_epi32(_mm512_loadu_si512(chunk + 4), 0xaaaa, chunk + 64 - 4);
 }
 
 inline void prefetch(const std::uint8_t* chunks, std::size_t count) {
