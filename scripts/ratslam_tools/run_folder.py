@@ -14,40 +14,39 @@ import numpy as np
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory, read_trajectory
 
-NODE_KEYS = ("id", "stamp", "x", "y", "z", "th", "log_scale", "view_id")
-LINK_KEYS = ("id", "from", "to", "distance", "heading_rad", "facing_rad", "duration_s")
+EXPERIENCE_KEYS = ("id", "x", "y", "z", "yaw", "log_scale")
+LINK_KEYS = ("id", "from", "to", "distance", "heading_rad", "facing_rad", "rise", "duration_s")
 ACTION_NAMES = ("none", "create node", "create edge", "set node")
 ENTRY = re.compile(r"^\s*-\s*\{(.*)\}\s*$")
-ODOMETRY_LINK = "odometry"
 
 
 class Map:
-    """An experience map: `nodes` and `links` are dicts of arrays, one entry a node or link.
+    """An experience map: `nodes` and `links` are dicts of arrays, one entry an experience or link.
 
-    nodes: NODE_KEYS, poses in the map's frame [m, rad]; links: LINK_KEYS and `kind` (odometry, recall, ...).
-    `ends` gives the rows of each link's two nodes, (links, 2).
+    nodes: EXPERIENCE_KEYS, poses in the map's frame [m, rad]; links: LINK_KEYS and `recall` (bool: made by recognising
+    a place, not by driving to a new one). `ends` gives the rows of each link's two experiences, (links, 2).
     """
 
     def __init__(self, nodes: Dict[str, np.ndarray], links: Dict[str, np.ndarray], name: str):
         self.nodes, self.links = nodes, links
         rows = {int(node): row for row, node in enumerate(nodes["id"])}
         if len(rows) != len(nodes["id"]):
-            raise InputError(f"{name}: a node's id occurs twice")
+            raise InputError(f"{name}: an experience's id occurs twice")
         try:
             pairs = [(rows[int(a)], rows[int(b)]) for a, b in zip(links["from"], links["to"])]
         except KeyError as error:
-            raise InputError(f"{name}: a link names node {error.args[0]}, which is not there") from None
+            raise InputError(f"{name}: a link names experience {error.args[0]}, which is not there") from None
         self.ends = np.array(pairs, dtype=int).reshape(-1, 2)
 
     @property
     def loop_ends(self) -> np.ndarray:
-        """Rows of the two nodes of each link that odometry did not make, (loops, 2)."""
-        return self.ends[self.links["kind"] != ODOMETRY_LINK]
+        """Rows of the two experiences of each link that a recall made, (loops, 2)."""
+        return self.ends[self.links["recall"]]
 
 
 def read_map(path: str) -> Map:
-    """Reads map.yaml, one node or link a line in flow style (docs/evaluation.md has the format)."""
-    entries: Dict[str, list] = {"nodes": [], "links": []}
+    """Reads map.yaml, one experience or link a line in flow style (docs/evaluation.md has the format)."""
+    entries: Dict[str, list] = {"experiences": [], "links": []}
     section = None
     try:
         with open(path, encoding="utf-8") as file:
@@ -59,17 +58,17 @@ def read_map(path: str) -> Map:
                         section = name
                     continue
                 if section is None:
-                    raise InputError(f"{path}:{number}: an entry outside nodes and links")
+                    raise InputError(f"{path}:{number}: an entry outside experiences and links")
                 pairs = (item.partition(":") for item in match.group(1).split(","))
                 entries[section].append({key.strip(): value.strip() for key, _, value in pairs})
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not a text file"
         raise InputError(f"{path}: cannot be read: {reason}") from None
-    if not entries["nodes"]:
-        raise InputError(f"{path}: no nodes")
-    nodes = {key: _column(path, entries["nodes"], key) for key in NODE_KEYS}
+    if not entries["experiences"]:
+        raise InputError(f"{path}: no experiences")
+    nodes = {key: _column(path, entries["experiences"], key) for key in EXPERIENCE_KEYS}
     links = {key: _column(path, entries["links"], key) for key in LINK_KEYS}
-    links["kind"] = np.array([entry.get("kind", ODOMETRY_LINK) for entry in entries["links"]], dtype=str)
+    links["recall"] = np.array([entry.get("recall") == "true" for entry in entries["links"]], dtype=bool)
     return Map(nodes, links, path)
 
 

@@ -55,17 +55,15 @@ def folder(tmp_path, drive):
         path / "trajectory_online.tum", Trajectory(known.positions + drift, known.rotations, known.stamps)
     )
     with open(path / "map.yaml", "w", encoding="utf-8") as file:
-        file.write("version: 1\nnodes:\n")
+        file.write("format: ratslam_experience_map 1\nexperiences:\n")
         for i, position in enumerate(known.positions):
             file.write(
-                f"- {{id: {i}, stamp: {0.1 * i:.9f}, x: {position[0] + 10:.9f}, y: {position[1]:.9f}, "
-                f"z: 0.0, th: 0.5, "
-                f"log_scale: 0.0, view_id: {i}}}\n"
+                f"- {{id: {i}, x: {position[0] + 10:.9f}, y: {position[1]:.9f}, z: 0.0, yaw: 0.5, log_scale: 0.0}}\n"
             )
         file.write("links:\n")
         for i in range(len(known) - 1):
-            file.write(_link(i, i, i + 1, "odometry"))
-        file.write(_link(999, 150, 3, "recall"))
+            file.write(_link(i, i, i + 1, "false"))
+        file.write(_link(999, 150, 3, "true"))
     with open(path / "templates.csv", "w", encoding="utf-8") as file:
         file.write("stamp,template_id,error,relative_rad\n")
         file.writelines(f"{0.1 * i},{i if i < 150 else i - 150},{0.05 if i else -1},0\n" for i in range(200))
@@ -83,11 +81,10 @@ def folder(tmp_path, drive):
     return path
 
 
-def _link(number, start, end, kind):
+def _link(number, start, end, recall):
     return (
-        f"- {{id: {number}, from: {start}, to: {end}, kind: {kind}, distance: 0.8, "
-        "heading_rad: 0.0, facing_rad: 0.0, "
-        "duration_s: 0.1}\n"
+        f"- {{id: {number}, from: {start}, to: {end}, distance: 0.8, heading_rad: 0.0, "
+        f"facing_rad: 0.0, rise: 0.0, duration_s: 0.1, recall: {recall}}}\n"
     )
 
 
@@ -117,12 +114,12 @@ def test_map_is_read_whole(folder):
 @pytest.mark.parametrize(
     "find, put, words",
     [
-        ("to: 3,", "to: 777,", "node 777, which is not there"),
+        ("to: 3,", "to: 777,", "experience 777, which is not there"),
         ("z: 0.0", "z: nan", "NaN"),
         ("x: 10.8", "x: far", "could not"),
-        ("- {id: 1, stamp", "- {id: 0, stamp", "twice"),
-        ("th: 0.5", "tau: 0.5", "has no th"),
-        ("nodes:\n", "", "outside"),
+        ("- {id: 1,", "- {id: 0,", "twice"),
+        ("yaw: 0.5", "jaw: 0.5", "has no yaw"),
+        ("experiences:\n", "", "outside"),
     ],
 )
 def test_broken_maps_are_named(folder, find, put, words):

@@ -58,7 +58,7 @@ class PoseGraphMap : public MapSolver {
   PoseGraphSolver solver_;
   std::vector<std::uint32_t> nodes_;     ///< of the experiences
   std::vector<TemplateOffset> offsets_;  ///< of the experiences
-  bool urgent_ = false;                  ///< the last recall disagrees visibly with the map
+  double disagreement_ = 0.0;            ///< of recalls with the map that is left to mend [exp_recall_sigma]
 };
 
 }  // namespace ratslam

@@ -41,6 +41,11 @@ class Relaxation : public MapSolver {
     double facing_rad;
   };
 
+  struct Place {
+    double x;
+    double y;
+  };
+
   void takeNewLinks(const ExperienceGraph& graph);
   void sweepFacings();
   void sweepPlaces();
@@ -49,16 +54,11 @@ class Relaxation : public MapSolver {
   double correction_;
   std::size_t links_taken_ = 0;
   std::vector<Spring> springs_;     ///< by id of the start, then by age
-  std::vector<double> directions_;  ///< of each spring in the map, as the running sweep finds it [rad]
-  std::vector<double>
-      ends_x_;  ///< displacement along each spring in the map, as the running sweep finds it [m]
-  std::vector<double> ends_y_;
-  std::vector<double> facings_;  ///< of the experiences [rad]
-  struct Place {
-    double x;
-    double y;
-  };
-  std::vector<Place> places_;  ///< of the experiences
+  std::vector<double> directions_;  ///< of each spring in the map, in the running sweep [rad]
+  std::vector<char> stale_;         ///< whether the direction has changed since the sweep before
+  std::vector<Place> ends_;         ///< displacement along each spring in the map, in the running sweep [m]
+  std::vector<double> facings_;     ///< of the experiences [rad]
+  std::vector<Place> places_;       ///< of the experiences
 };
 
 }  // namespace ratslam

@@ -5,7 +5,7 @@
 ///     map.yaml               experiences and links
 ///     templates.csv          stamp,template_id,error,relative_rad          a line a view event
 ///     actions.csv            stamp,action,src_id,dest_id,x,y,th            a line a decision, pose cells in
-///     cells summary.json           counts, version, parameters, time per module
+///     cells summary.json           counts, version, parameters, ms per frame of each module
 #pragma once
 
 #include <fstream>
@@ -37,6 +37,7 @@ class RunLog {
   std::string folder_;
   std::ofstream templates_;
   std::ofstream actions_;
+  std::size_t frames_ = 0;
 };
 
 }  // namespace ratslam

@@ -1,9 +1,15 @@
 /// Activity of the pose cells on a torus of heading layers, rows (y) and columns (x): P[k][j][i] of the
 /// model.
+///
+/// Dense in memory, with a list of boxes outside which every cell is 0: whoever works on the activity goes
+/// through the boxes, so that a packet of activity costs what its size costs, not the network's.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
+
+#include "ratslam/pose_cells/region.h"
 
 namespace ratslam {
 
@@ -21,51 +27,81 @@ struct PoseCellEstimate {
   double th = 0.0;  ///< [0, n_th), layer k faces k * 2 pi / n_th
 };
 
-/// `index` on a ring of `size` cells, in [0, size).
-inline int wrapIndex(int index, int size) {
-  const int rest = index % size;
-  return rest < 0 ? rest + size : rest;
-}
-
 /// A coordinate on a ring of `size` cells, in [0, size).
 double wrapCoordinate(double value, int size);
 
-/// Non-negative activity of shape n_th x n_xy x n_xy, dense in memory.
+/// Non-negative activity of shape n_th x n_xy x n_xy.
 class ActivityGrid {
  public:
-  ActivityGrid(int n_xy, int n_th)
-      : n_xy_(n_xy),
-        n_th_(n_th),
-        cells_(
-            static_cast<std::size_t>(n_xy) * static_cast<std::size_t>(n_xy) * static_cast<std::size_t>(n_th),
-            0.0) {}
+  ActivityGrid(int n_xy, int n_th);
 
-  int nXy() const { return n_xy_; }
-  int nTh() const { return n_th_; }
-  const double* row(int layer, int row) const { return cells_.data() + offset(layer, row); }
-  double* row(int layer, int row) { return cells_.data() + offset(layer, row); }
-  double at(const PoseCell& cell) const { return row(cell.layer, cell.row)[cell.column]; }
-  double& at(const PoseCell& cell) { return row(cell.layer, cell.row)[cell.column]; }
+  int nXy() const { return sizes_[kColumn]; }
+  int nTh() const { return sizes_[kLayer]; }
+  const RingSizes& sizes() const { return sizes_; }
+  double at(const PoseCell& cell) const { return cells_[offset(cell.layer, cell.row) + index(cell.column)]; }
+  /// Disjoint boxes that hold all activity.
+  const std::vector<Box>& boxes() const { return boxes_; }
 
-  void clear();
-  /// Multiplies all activity.
-  void scale(double factor);
   double sum() const;
   /// Activity summed over the headings, shape n_xy x n_xy, row by row.
   std::vector<double> planeProjection() const;
   /// Activity summed over the plane, shape n_th.
   std::vector<double> headingProjection() const;
 
- private:
+  /// Multiplies all activity.
+  void scale(double factor);
+  void add(const PoseCell& cell, double activity);
+
+  /// The cells, row by row, layer by layer. Whoever writes to them declares where by `cover`.
+  const double* data() const { return cells_.data(); }
+  double* data() { return cells_.data(); }
+  /// Position of a row's first cell.
   std::size_t offset(int layer, int row) const {
-    return (static_cast<std::size_t>(layer) * static_cast<std::size_t>(n_xy_) +
-            static_cast<std::size_t>(row)) *
-           static_cast<std::size_t>(n_xy_);
+    return (index(layer) * index(nXy()) + index(row)) * index(nXy());
+  }
+  /// Adds boxes to the list; those that overlap become one.
+  void cover(const std::vector<Box>& boxes);
+  /// A new list, of boxes that hold all activity.
+  void replaceBoxes(const std::vector<Box>& boxes);
+  /// Sets the cells of a box to 0; the list stays as it is.
+  void zero(const Box& box);
+  /// Sets all cells to 0 and empties the list.
+  void clear();
+
+  /// Calls `visit(first, count)` for each unbroken stretch of cells of the boxes, `first` being its position.
+  template <class Visitor>
+  void forEachRun(Visitor visit) const {
+    for (const Box& box : boxes_) forEachRun(box, visit);
   }
 
-  int n_xy_;
-  int n_th_;
+ private:
+  template <class Visitor>
+  void forEachRun(const Box& box, Visitor& visit) const;
+  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+  RingSizes sizes_;
   std::vector<double> cells_;
+  std::vector<Box> boxes_;
 };
+
+template <class Visitor>
+void ActivityGrid::forEachRun(const Box& box, Visitor& visit) const {
+  const int n = nXy();
+  const bool whole_rows = box[kColumn].length == n;
+  const bool whole_layers = whole_rows && box[kRow].length == n;
+  for (int c = 0; c < box[kLayer].length; ++c) {
+    const int layer = wrapIndex(box[kLayer].begin + c, nTh());
+    if (whole_layers) {
+      visit(offset(layer, 0), offset(1, 0));
+      continue;
+    }
+    for (int b = 0; b < box[kRow].length; ++b) {
+      const std::size_t row = offset(layer, wrapIndex(box[kRow].begin + b, n));
+      const int before_end = std::min(box[kColumn].length, n - box[kColumn].begin);
+      visit(row + index(box[kColumn].begin), index(before_end));
+      if (before_end < box[kColumn].length) visit(row, index(box[kColumn].length - before_end));
+    }
+  }
+}
 
 }  // namespace ratslam

@@ -2,31 +2,66 @@
 ///  1. local excitation   P <- P (*) E
 ///  2. local inhibition   P <- P - P (*) I
 ///  3. global inhibition  P <- max(0, P - phi)
-///  4. normalisation      P <- P / sum(P)
+///  4. normalisation      P <- P / sum(P), left to the caller
 /// with (*) circular convolution and E, I truncated Gaussians that sum to 1.
+///
+/// Both kernels are separable, and each packet of activity is treated for itself, as a box. Global inhibition
+/// makes that exact: a cell whose excitation does not exceed phi ends at 0, so that the inhibition of a small
+/// core of the excited box is all that need be computed, and the packet's box shrinks to the core again.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "ratslam/pose_cells/activity_grid.h"
+#include "ratslam/pose_cells/aligned_buffer.h"
 #include "ratslam/pose_cells/params.h"
+#include "ratslam/pose_cells/separable_filter.h"
+#include "ratslam/pose_cells/simd.h"
 
 namespace ratslam {
 
 class Attractor {
  public:
-  explicit Attractor(const PoseCellParams& params);
+  Attractor(const PoseCellParams& params, SimdLevel level);
 
-  /// One iteration. @param model_sum what the model's activity sums to: the grid's is scaled to 1.
-  /// @return false if no activity was left: the grid is empty then.
-  bool iterate(ActivityGrid& grid, double model_sum);
+  /// Steps 1 to 3. @param model_sum what the model's activity would sum to: the grid's, which sums to 1, is
+  /// in proportion. @return the sum of the activity that is left; 0: the grid is empty.
+  double iterate(ActivityGrid& grid, double model_sum);
 
  private:
-  ActivityGrid convolve(const ActivityGrid& in, const std::vector<double>& xy,
-                        const std::vector<double>& th) const;
+  /// What one axis of a packet's box goes through.
+  struct Extent {
+    bool ring = false;  ///< the kernels' reach makes the packet meet itself: the whole ring is treated
+    int origin = 0;     ///< cell of the network where the excited box begins
+    int count = 0;      ///< cells of the excited box
+    Span core;          ///< within the excited box: where activity may survive
+  };
+
+  void excite(const ActivityGrid& grid, const Box& packet);
+  /// Narrows the core to what global inhibition may leave. @return false if that is nothing.
+  bool findCore(double phi);
+  void inhibit(double phi, double* sums);
+  /// The boxes within the core that hold its activity: several where wide gaps part it.
+  std::vector<Box> occupiedBoxes() const;
+  bool tighten(Box& box) const;
+  /// Writes a box of the core to the grid. @return where it lies there.
+  Box store(const Box& box, ActivityGrid& grid);
+  AxisMaxima maximaOf(const Volume& volume);
 
   double global_inhibition_;
-  std::vector<double> excitation_xy_, excitation_th_, inhibition_xy_, inhibition_th_;
+  const RowKernels* kernels_;
+  SeparableFilter excitation_;
+  SeparableFilter inhibition_;
+  int reach_;  ///< packets with fewer free cells between them act on each other
+
+  std::array<Extent, 3> extents_;
+  Volume excited_;  ///< the packet after step 1
+  Volume core_;     ///< its core: inhibition, then the result
+  std::array<AlignedBuffer<double>, 3> maxima_;
+  AlignedBuffer<long long> keep_;
+  std::vector<RowSegment> segments_;
+  std::vector<std::ptrdiff_t> from_, to_;
 };
 
 }  // namespace ratslam

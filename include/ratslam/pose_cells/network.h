@@ -11,6 +11,7 @@
 #include "ratslam/pose_cells/params.h"
 #include "ratslam/pose_cells/path_integration.h"
 #include "ratslam/pose_cells/peak.h"
+#include "ratslam/pose_cells/simd.h"
 
 namespace ratslam {
 
@@ -18,8 +19,9 @@ namespace ratslam {
 /// It starts as 1 in the centre cell.
 class PoseCellNetwork {
  public:
+  /// @param level instruction set to use; results do not depend on it.
   /// @throws std::invalid_argument as PoseCellParams::validate.
-  explicit PoseCellNetwork(const PoseCellParams& params);
+  explicit PoseCellNetwork(const PoseCellParams& params, SimdLevel level = bestSimdLevel());
 
   /// One odometry step: attract, integratePath, and a new estimate.
   /// @param distance [m] along the heading, negative backwards; @param rotation [rad], CCW positive
@@ -35,6 +37,11 @@ class PoseCellNetwork {
   /// negative.
   void inject(const PoseCell& cell, double energy);
 
+  /// Replaces the activity, scaled so that it sums to 1, and takes the estimate from it.
+  /// @throws std::invalid_argument if the shape differs, a cell is negative or not finite, or the sum is not
+  /// positive.
+  void setActivity(const ActivityGrid& activity);
+
   /// Where the robot was after the last step (the centre cell before the first).
   const PoseCellEstimate& estimate() const { return estimate_; }
   const ActivityGrid& activity() const { return grid_; }
@@ -42,6 +49,8 @@ class PoseCellNetwork {
   std::uint64_t reseeds() const { return reseeds_; }
 
  private:
+  double iterate();
+  void move(double distance, double rotation, double sum);
   void reseed();
 
   ActivityGrid grid_;

@@ -6,12 +6,13 @@
 #include <vector>
 
 #include "ratslam/pose_cells/activity_grid.h"
+#include "ratslam/pose_cells/simd.h"
 
 namespace ratslam {
 
 class PeakDecoder {
  public:
-  PeakDecoder(int n_xy, int n_th);
+  PeakDecoder(int n_xy, int n_th, SimdLevel level);
   /// A ring shorter than the window is counted once.
   PoseCellEstimate decode(const ActivityGrid& grid) const;
 
@@ -21,8 +22,11 @@ class PeakDecoder {
     double sine = 0.0;
   };
   static std::vector<Direction> directions(int size);
+  PoseCell mostActive(const ActivityGrid& grid) const;
+
   std::vector<Direction> directions_xy_;  ///< of the cells along x or y, seen as a circle
   std::vector<Direction> directions_th_;
+  const RowKernels* kernels_;
 };
 
 }  // namespace ratslam

@@ -9,7 +9,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 namespace ratslam {
@@ -36,7 +35,7 @@ struct RoadAxis {
 
 class RoadField {
  public:
-  static constexpr double kFar = 40.0;  ///< distances are capped at this [m]
+  static constexpr double kFar = 24.0;  ///< distances are capped at this [m]
 
   /// @param roads road axes as polylines; each needs at least two points and some length.
   /// @throws std::invalid_argument where one does not have them or is not finite.
@@ -61,13 +60,16 @@ class RoadField {
     std::uint32_t axis, sample;
   };
   using Bucket = std::vector<Place>;
-  static std::int64_t key(double x, double z);
+  /// Visits the buckets within `reach` of a place, nearer rings first.
+  template <class Visit>
+  void visitBuckets(double x, double z, const double& reach, Visit&& visit) const;
   void addAxis(const std::vector<RoadPoint>& points);
   void findFirstVisits();
   void tabulateHeights();
 
   std::vector<RoadAxis> axes_;
-  std::unordered_map<std::int64_t, Bucket> buckets_;  ///< axis samples by 8 m squares
+  std::vector<Bucket> buckets_;  ///< axis samples by 8 m squares, row by row
+  int bucket_columns_ = 0, bucket_rows_ = 0;
   double x_min_ = 0.0, x_max_ = 0.0, z_min_ = 0.0, z_max_ = 0.0;
   std::size_t columns_ = 0, rows_ = 0;
   std::vector<float> heights_;  ///< on a 4 m lattice

@@ -22,38 +22,39 @@ class Texture {
   float maxLod() const { return static_cast<float>(offsets_.size() - 1); }
 
   /// Filtered value in [0,255] at (u, v) [repeats]; lod 0 is full resolution, each level halves it.
+  /// |u| and |v| times the size must stay below 2^23: positions count in 1/256 texel.
   float sample(float u, float v, float lod) const {
-    if (!(lod > 0.0F)) return bilinear(u, v, 0);
+    const auto size = static_cast<float>(size_);
+    const int x = static_cast<int>(u * (256.0F * size));
+    const int y = static_cast<int>(v * (256.0F * size));
+    if (!(lod > 0.0F)) return static_cast<float>(bilinear(x, y, 0)) * kUnit;
     const float limit = maxLod();
-    if (lod >= limit) return texels_.back();
+    if (lod >= limit) return static_cast<float>(texels_.back());
     const int level = static_cast<int>(lod);
-    const float fraction = lod - static_cast<float>(level);
-    const float fine = bilinear(u, v, level);
-    return fine + fraction * (bilinear(u, v, level + 1) - fine);
+    const int share = static_cast<int>((lod - static_cast<float>(level)) * 256.0F);
+    const int fine = bilinear(x >> level, y >> level, level);
+    const int coarse = bilinear(x >> (level + 1), y >> (level + 1), level + 1);
+    return static_cast<float>(fine + share * ((coarse - fine) >> 8)) * kUnit;
   }
 
  private:
-  static int floorToInt(float x) {
-    const int truncated = static_cast<int>(x);
-    return truncated - static_cast<int>(x < static_cast<float>(truncated));
-  }
-  float bilinear(float u, float v, int level) const {
-    const int size = size_ >> level;
-    const int mask = size - 1;
+  static constexpr float kUnit = 1.0F / 65536.0F;
+
+  /// Value times 2^16 at a position in 1/256 texel of a level.
+  int bilinear(int x, int y, int level) const {
+    const int mask = (size_ >> level) - 1;
+    const int column = (x - 128) >> 8;
+    const int row = (y - 128) >> 8;
+    const int fx = (x - 128) & 255;
+    const int fy = (y - 128) & 255;
     const std::uint8_t* const texels = texels_.data() + offsets_[static_cast<std::size_t>(level)];
-    const float x = u * static_cast<float>(size) - 0.5F;
-    const float y = v * static_cast<float>(size) - 0.5F;
-    const int x_floor = floorToInt(x);
-    const int y_floor = floorToInt(y);
-    const float fx = x - static_cast<float>(x_floor);
-    const float fy = y - static_cast<float>(y_floor);
-    const int x0 = x_floor & mask;
-    const int x1 = (x_floor + 1) & mask;
-    const std::uint8_t* const row0 = texels + (y_floor & mask) * size;
-    const std::uint8_t* const row1 = texels + ((y_floor + 1) & mask) * size;
-    const float top = static_cast<float>(row0[x0]) + fx * static_cast<float>(row0[x1] - row0[x0]);
-    const float bottom = static_cast<float>(row1[x0]) + fx * static_cast<float>(row1[x1] - row1[x0]);
-    return top + fy * (bottom - top);
+    const std::uint8_t* const row0 = texels + (row & mask) * (mask + 1);
+    const std::uint8_t* const row1 = texels + ((row + 1) & mask) * (mask + 1);
+    const int x0 = column & mask;
+    const int x1 = (column + 1) & mask;
+    const int top = (row0[x0] << 8) + fx * (row0[x1] - row0[x0]);
+    const int bottom = (row1[x0] << 8) + fx * (row1[x1] - row1[x0]);
+    return (top << 8) + fy * (bottom - top);
   }
 
   int size_ = 0;

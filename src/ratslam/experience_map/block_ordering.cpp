@@ -3,6 +3,7 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <numeric>
 
 namespace ratslam {
 namespace {
@@ -48,31 +49,59 @@ std::vector<std::uint32_t> orderJunctions(const std::vector<std::uint32_t>& junc
   return order;
 }
 
-/// For each column the rows below the diagonal that fill in, ascending.
-void eliminateSymbolically(std::vector<std::vector<std::uint32_t>>& adjacent, BlockStructure& structure) {
-  const auto columns = static_cast<std::uint32_t>(adjacent.size());
-  structure.column_begin.assign(1, 0);
-  std::vector<std::vector<std::uint32_t>> children(columns);
-  std::vector<std::uint32_t> seen_by(columns, columns);
+/// Edges as lists: for each column the rows below the diagonal, one after the other.
+struct Adjacency {
+  std::vector<std::size_t> begin;
   std::vector<std::uint32_t> rows;
+};
+
+Adjacency listEdges(const std::vector<std::uint32_t>& position, const std::vector<Edge>& edges) {
+  Adjacency adjacency;
+  adjacency.begin.assign(position.size() + 1, 0);
+  const auto low = [&](const Edge& edge) { return std::min(position[edge.first], position[edge.second]); };
+  for (const Edge& edge : edges) ++adjacency.begin[low(edge) + 1];
+  std::partial_sum(adjacency.begin.begin(), adjacency.begin.end(), adjacency.begin.begin());
+  adjacency.rows.resize(edges.size());
+  std::vector<std::size_t> next(adjacency.begin.begin(), adjacency.begin.end() - 1);
+  for (const Edge& edge : edges) {
+    adjacency.rows[next[low(edge)]++] = std::max(position[edge.first], position[edge.second]);
+  }
+  return adjacency;
+}
+
+/// For each column the rows below the diagonal that fill in, ascending.
+void eliminateSymbolically(const Adjacency& adjacency, BlockStructure& structure) {
+  const auto columns = static_cast<std::uint32_t>(structure.position.size());
+  const std::uint32_t none = columns;
+  structure.column_begin.assign(1, 0);
+  structure.column_begin.reserve(columns + 1);
+  structure.rows.reserve(3 * adjacency.rows.size());
+  // Children in the elimination tree, as lists threaded through the columns.
+  std::vector<std::uint32_t> first_child(columns, none);
+  std::vector<std::uint32_t> next_sibling(columns, none);
+  std::vector<std::uint32_t> seen_by(columns, none);
   for (std::uint32_t column = 0; column < columns; ++column) {
-    rows.clear();
+    const std::size_t begin = structure.rows.size();
     const auto take = [&](std::uint32_t row) {
       if (row > column && seen_by[row] != column) {
         seen_by[row] = column;
-        rows.push_back(row);
+        structure.rows.push_back(row);
       }
     };
-    for (const std::uint32_t row : adjacent[column]) take(row);
-    for (const std::uint32_t child : children[column]) {
+    for (std::size_t k = adjacency.begin[column]; k < adjacency.begin[column + 1]; ++k)
+      take(adjacency.rows[k]);
+    for (std::uint32_t child = first_child[column]; child != none; child = next_sibling[child]) {
       for (std::size_t k = structure.column_begin[child]; k < structure.column_begin[child + 1]; ++k) {
         take(structure.rows[k]);
       }
     }
-    std::sort(rows.begin(), rows.end());
-    structure.rows.insert(structure.rows.end(), rows.begin(), rows.end());
+    std::sort(structure.rows.begin() + static_cast<std::ptrdiff_t>(begin), structure.rows.end());
     structure.column_begin.push_back(structure.rows.size());
-    if (!rows.empty()) children[rows.front()].push_back(column);
+    if (structure.rows.size() > begin) {
+      const std::uint32_t parent = structure.rows[begin];
+      next_sibling[column] = first_child[parent];
+      first_child[parent] = column;
+    }
   }
 }
 
@@ -107,12 +136,7 @@ BlockStructure orderBlocks(std::uint32_t unknowns, const std::vector<Edge>& edge
   BlockStructure structure;
   structure.position.resize(unknowns);
   for (std::uint32_t k = 0; k < unknowns; ++k) structure.position[order[k]] = k;
-  std::vector<std::vector<std::uint32_t>> adjacent(unknowns);
-  for (const Edge& edge : edges) {
-    const auto [low, high] = std::minmax(structure.position[edge.first], structure.position[edge.second]);
-    adjacent[low].push_back(high);
-  }
-  eliminateSymbolically(adjacent, structure);
+  eliminateSymbolically(listEdges(structure.position, edges), structure);
   return structure;
 }
 

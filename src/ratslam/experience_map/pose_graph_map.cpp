@@ -1,19 +1,20 @@
 #include "ratslam/experience_map/pose_graph_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace ratslam {
 namespace {
 
-/// Work of one update, in block products: where a recall disagrees visibly with the map, and otherwise.
-constexpr std::int64_t kUrgentWork = 500000;
-constexpr std::int64_t kBackgroundWork = 8000;
+/// Work of one update, in block products: at least, and where a recall disagrees strongly with the map. In
+/// between it grows with the square of the disagreement, so that what is visible is mended soon and the rest
+/// costs little.
+constexpr std::int64_t kLeastWork = 4000;
+constexpr std::int64_t kGreatestWork = 400000;
 
-/// A recall is urgent when it disagrees by this many standard deviations, and no longer when a step of the
-/// solver moves the map by less than this share of exp_recall_sigma.
-constexpr double kUrgentDisagreement = 1.0;
-constexpr double kCalmStep = 0.01;
+/// Disagreement, in exp_recall_sigma, from which an update works as much as it may.
+constexpr double kStrongDisagreement = 3.0;
 
 /// Steps below this share of exp_recall_sigma end the solver's iterations.
 constexpr double kTolerance = 1e-8;
@@ -61,9 +62,8 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   constraint.to = extendChain(robot);
   pose_graph_.addConstraint(constraint);
   const auto& nodes = pose_graph_.nodes();
-  const double disagreement =
-      PoseGraph::residual(constraint, nodes[constraint.from], nodes[constraint.to]).norm();
-  urgent_ = urgent_ || disagreement > kUrgentDisagreement;
+  disagreement_ = std::max(
+      disagreement_, PoseGraph::residual(constraint, nodes[constraint.from], nodes[constraint.to]).norm());
   return {constraint.to, Motion{}};
 }
 
@@ -114,23 +114,22 @@ Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relat
   return constraint;
 }
 
-void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) {
-  work(graph, urgent_ ? kUrgentWork : kBackgroundWork);
-}
+void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) { resume(graph); }
 
-void PoseGraphMap::resume(ExperienceGraph& graph) { work(graph, urgent_ ? kUrgentWork : kBackgroundWork); }
+void PoseGraphMap::resume(ExperienceGraph& graph) {
+  const double share = std::min(1.0, disagreement_ / kStrongDisagreement);
+  work(graph, kLeastWork + static_cast<std::int64_t>(share * share * static_cast<double>(kGreatestWork)));
+}
 
 void PoseGraphMap::settle(ExperienceGraph& graph) {
   while (!solver_.settled(pose_graph_)) work(graph, std::numeric_limits<std::int64_t>::max());
 }
 
 void PoseGraphMap::work(ExperienceGraph& graph, std::int64_t amount) {
-  if (solver_.settled(pose_graph_)) {
-    urgent_ = false;
-    return;
-  }
+  if (solver_.settled(pose_graph_)) return;
   if (!solver_.advance(pose_graph_, amount)) return;
-  urgent_ = urgent_ && solver_.lastStep() > kCalmStep * params_.exp_recall_sigma;
+  // What the last step moved tells how far the map was, and so about how far it still is, from the optimum.
+  disagreement_ = solver_.settled(pose_graph_) ? 0.0 : solver_.lastStep() / params_.exp_recall_sigma;
   graph.setPoses([this](std::uint32_t id) { return pose_graph_.nodes()[nodes_[id]]; });
 }
 

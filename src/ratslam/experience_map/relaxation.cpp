@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ratslam {
 
@@ -45,26 +46,34 @@ void Relaxation::takeNewLinks(const ExperienceGraph& graph) {
     const auto later =
         std::upper_bound(springs_.begin(), springs_.end(), link.from,
                          [](std::uint32_t from, const Spring& spring) { return from < spring.from; });
+    const auto at = later - springs_.begin();
     springs_.insert(later, {link.from, link.to, link.distance, link.heading_rad, link.facing_rad});
+    directions_.insert(directions_.begin() + at, std::numeric_limits<double>::quiet_NaN());
+    ends_.insert(ends_.begin() + at, Place{0.0, 0.0});
   }
-  directions_.resize(springs_.size());
-  ends_x_.resize(springs_.size());
-  ends_y_.resize(springs_.size());
+  stale_.resize(springs_.size());
 }
 
 void Relaxation::sweepFacings() {
+  double* const facings = facings_.data();
+  const double correction_share = correction_;
   for (std::size_t k = 0; k < springs_.size(); ++k) {
     const Spring& spring = springs_[k];
-    double& start = facings_[spring.from];
-    double& end = facings_[spring.to];
-    directions_[k] = start + spring.heading_rad;
-    const double correction = correction_ * wrapAngle(end - (start + spring.facing_rad));
-    start += correction;
-    end -= correction;
+    const double start = facings[spring.from];
+    const double end = facings[spring.to];
+    const double correction = correction_share * wrapAngle(end - (start + spring.facing_rad));
+    facings[spring.from] = start + correction;
+    facings[spring.to] = end - correction;
+    const double direction = start + spring.heading_rad;
+    stale_[k] = direction != directions_[k];
+    directions_[k] = direction;
   }
   for (std::size_t k = 0; k < springs_.size(); ++k) {
-    ends_x_[k] = springs_[k].distance * std::cos(directions_[k]);
-    ends_y_[k] = springs_[k].distance * std::sin(directions_[k]);
+    if (!stale_[k]) continue;
+    const double direction = directions_[k];
+    const double cosine = std::cos(direction);
+    const double sine = std::sin(direction);
+    ends_[k] = {springs_[k].distance * cosine, springs_[k].distance * sine};
   }
 }
 
@@ -72,8 +81,8 @@ void Relaxation::sweepPlaces() {
   for (std::size_t k = 0; k < springs_.size(); ++k) {
     Place& start = places_[springs_[k].from];
     Place& end = places_[springs_[k].to];
-    const double dx = correction_ * (end.x - (start.x + ends_x_[k]));
-    const double dy = correction_ * (end.y - (start.y + ends_y_[k]));
+    const double dx = correction_ * (end.x - (start.x + ends_[k].x));
+    const double dy = correction_ * (end.y - (start.y + ends_[k].y));
     start.x += dx;
     start.y += dy;
     end.x -= dx;

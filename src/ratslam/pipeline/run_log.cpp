@@ -81,6 +81,7 @@ RunLog::RunLog(const std::string& folder) : folder_(folder) {
 }
 
 void RunLog::append(const Pipeline::Progress& progress) {
+  frames_ += progress.views.size();
   for (const ViewEvent& view : progress.views) {
     templates_ << formatStamp(view.stamp) << ',' << view.id << ',' << view.error << ',' << view.relative_rad
                << '\n';
@@ -112,12 +113,13 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   count_fields("experiences", static_cast<double>(pipeline.map().graph().experiences().size()));
   count_fields("links", static_cast<double>(pipeline.map().graph().links().size()));
   count_fields("dropped_odometry", static_cast<double>(pipeline.droppedOdometry()));
-  summary << "\n  },\n  \"seconds\": {";
+  summary << "\n  },\n  \"timing\": {";
   JsonFields time_fields(summary);
-  time_fields("odometry", pipeline.times().odometry);
-  time_fields("local_view", pipeline.times().local_view);
-  time_fields("pose_cells", pipeline.times().pose_cells);
-  time_fields("experience_map", pipeline.times().experience_map);
+  const double ms_per_frame = frames_ == 0 ? 0.0 : 1e3 / static_cast<double>(frames_);
+  time_fields("odometry", pipeline.times().odometry * ms_per_frame);
+  time_fields("local_view", pipeline.times().local_view * ms_per_frame);
+  time_fields("pose_cells", pipeline.times().pose_cells * ms_per_frame);
+  time_fields("experience_map", pipeline.times().experience_map * ms_per_frame);
   summary << "\n  },\n  \"parameters\": {";
   JsonFields parameter_fields(summary);
   params.visitFields(parameter_fields);

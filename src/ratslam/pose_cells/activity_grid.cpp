@@ -1,8 +1,6 @@
 #include "ratslam/pose_cells/activity_grid.h"
 
-#include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace ratslam {
 
@@ -12,26 +10,69 @@ double wrapCoordinate(double value, int size) {
   return wrapped >= size ? 0.0 : wrapped;  // a tiny negative rest rounds up to the full circle
 }
 
-void ActivityGrid::clear() { std::fill(cells_.begin(), cells_.end(), 0.0); }
+ActivityGrid::ActivityGrid(int n_xy, int n_th)
+    : sizes_{n_xy, n_xy, n_th}, cells_(index(n_xy) * index(n_xy) * index(n_th), 0.0) {}
 
-void ActivityGrid::scale(double factor) {
-  for (double& cell : cells_) cell *= factor;
+double ActivityGrid::sum() const {
+  double sum = 0.0;
+  forEachRun([&](std::size_t first, std::size_t count) {
+    for (std::size_t c = first; c < first + count; ++c) sum += cells_[c];
+  });
+  return sum;
 }
 
-double ActivityGrid::sum() const { return std::accumulate(cells_.begin(), cells_.end(), 0.0); }
-
 std::vector<double> ActivityGrid::planeProjection() const {
-  const std::size_t plane = static_cast<std::size_t>(n_xy_) * static_cast<std::size_t>(n_xy_);
+  const std::size_t plane = offset(1, 0);
   std::vector<double> projection(plane, 0.0);
-  for (std::size_t c = 0; c < cells_.size(); ++c) projection[c % plane] += cells_[c];
+  forEachRun([&](std::size_t first, std::size_t count) {
+    for (std::size_t c = first; c < first + count; ++c) projection[c % plane] += cells_[c];
+  });
   return projection;
 }
 
 std::vector<double> ActivityGrid::headingProjection() const {
-  const std::size_t plane = static_cast<std::size_t>(n_xy_) * static_cast<std::size_t>(n_xy_);
-  std::vector<double> projection(static_cast<std::size_t>(n_th_), 0.0);
-  for (std::size_t c = 0; c < cells_.size(); ++c) projection[c / plane] += cells_[c];
+  std::vector<double> projection(index(nTh()), 0.0);
+  forEachRun([&](std::size_t first, std::size_t count) {
+    for (std::size_t c = first; c < first + count; ++c) projection[first / offset(1, 0)] += cells_[c];
+  });
   return projection;
+}
+
+void ActivityGrid::replaceBoxes(const std::vector<Box>& boxes) {
+  boxes_.clear();
+  cover(boxes);
+}
+
+void ActivityGrid::zero(const Box& box) {
+  const auto fill = [&](std::size_t first, std::size_t count) {
+    std::fill_n(cells_.data() + first, count, 0.0);
+  };
+  forEachRun(box, fill);
+}
+
+void ActivityGrid::clear() {
+  for (const Box& box : boxes_) zero(box);
+  boxes_.clear();
+}
+
+void ActivityGrid::scale(double factor) {
+  forEachRun([&](std::size_t first, std::size_t count) {
+    for (std::size_t c = first; c < first + count; ++c) cells_[c] *= factor;
+  });
+}
+
+void ActivityGrid::add(const PoseCell& cell, double activity) {
+  cells_[offset(cell.layer, cell.row) + index(cell.column)] += activity;
+  cover({Box{Span{cell.column, 1}, Span{cell.row, 1}, Span{cell.layer, 1}}});
+}
+
+void ActivityGrid::cover(const std::vector<Box>& boxes) {
+  for (Box box : boxes) {
+    for (const std::size_t axis : {kColumn, kRow, kLayer})
+      if (box[axis].length >= sizes_[axis]) box[axis] = {0, sizes_[axis]};
+    boxes_.push_back(box);
+  }
+  coalesce(boxes_, sizes_, 0);
 }
 
 }  // namespace ratslam

@@ -1,70 +1,165 @@
 #include "ratslam/pose_cells/attractor.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace ratslam {
 namespace {
 
-std::vector<double> gaussian(int dim, double width) {
-  std::vector<double> weights;
-  double sum = 0.0;
-  for (int a = -(dim / 2); a <= dim / 2; ++a) {
-    weights.push_back(std::exp(-a * a / (2.0 * width * width)));
-    sum += weights.back();
-  }
-  for (double& weight : weights) weight /= sum;
-  return weights;
-}
+constexpr std::array<std::size_t, 3> kAxes{kColumn, kRow, kLayer};
 
 }  // namespace
 
-Attractor::Attractor(const PoseCellParams& params)
+Attractor::Attractor(const PoseCellParams& params, SimdLevel level)
     : global_inhibition_(params.global_inhibition),
-      excitation_xy_(gaussian(params.excitation_dim, params.excitation_var)),
-      excitation_th_(gaussian(params.excitation_dim, params.excitationVarTh())),
-      inhibition_xy_(gaussian(params.inhibition_dim, params.inhibition_var)),
-      inhibition_th_(gaussian(params.inhibition_dim, params.inhibitionVarTh())) {}
+      kernels_(&rowKernels(level)),
+      excitation_(params.excitation_dim, params.excitation_var, params.excitationVarTh(), *kernels_),
+      inhibition_(params.inhibition_dim, params.inhibition_var, params.inhibitionVarTh(), *kernels_),
+      reach_(2 * excitation_.radius() + inhibition_.radius()) {}
 
-ActivityGrid Attractor::convolve(const ActivityGrid& in, const std::vector<double>& xy,
-                                 const std::vector<double>& th) const {
-  const int n = in.nXy();
-  const int m = in.nTh();
-  const int r = static_cast<int>(xy.size()) / 2;
-  ActivityGrid a(n, m), b(n, m), c(n, m);
-  for (int k = 0; k < m; ++k)
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i)
-        for (int t = -r; t <= r; ++t)
-          a.at({i, j, k}) += xy[static_cast<std::size_t>(t + r)] * in.at({wrapIndex(i + t, n), j, k});
-  for (int k = 0; k < m; ++k)
-    for (int j = 0; j < n; ++j)
-      for (int t = -r; t <= r; ++t)
-        for (int i = 0; i < n; ++i)
-          b.at({i, j, k}) += xy[static_cast<std::size_t>(t + r)] * a.at({i, wrapIndex(j + t, n), k});
-  for (int k = 0; k < m; ++k)
-    for (int t = -r; t <= r; ++t)
-      for (int j = 0; j < n; ++j)
-        for (int i = 0; i < n; ++i)
-          c.at({i, j, k}) += th[static_cast<std::size_t>(t + r)] * b.at({i, j, wrapIndex(k + t, m)});
-  return c;
+double Attractor::iterate(ActivityGrid& grid, double model_sum) {
+  const double phi = global_inhibition_ / model_sum;
+  std::vector<Box> packets = grid.boxes();
+  coalesce(packets, grid.sizes(), reach_);
+  std::array<double, kRowQuantum> sums{};
+  std::vector<Box> left;
+  for (const Box& packet : packets) {
+    excite(grid, packet);
+    grid.zero(packet);
+    if (!findCore(phi)) continue;
+    inhibit(phi, sums.data());
+    for (const Box& box : occupiedBoxes()) left.push_back(store(box, grid));
+  }
+  grid.replaceBoxes(left);
+  double sum = 0.0;
+  for (const double partial : sums) sum += partial;
+  return sum;
 }
 
-bool Attractor::iterate(ActivityGrid& grid, double model_sum) {
-  const ActivityGrid excited = convolve(grid, excitation_xy_, excitation_th_);
-  const ActivityGrid inhibition = convolve(excited, inhibition_xy_, inhibition_th_);
-  const double phi = global_inhibition_ / model_sum;
-  double sum = 0.0;
-  for (int k = 0; k < grid.nTh(); ++k)
-    for (int j = 0; j < grid.nXy(); ++j)
-      for (int i = 0; i < grid.nXy(); ++i) {
-        const PoseCell cell{i, j, k};
-        grid.at(cell) = std::max(0.0, excited.at(cell) - inhibition.at(cell) - phi);
-        sum += grid.at(cell);
-      }
-  if (!(sum > 0.0)) return false;
-  grid.scale(1.0 / sum);
+void Attractor::excite(const ActivityGrid& grid, const Box& packet) {
+  const int radius = excitation_.radius();
+  const auto axisOf = [&](std::size_t axis) {
+    Extent& extent = extents_[axis];
+    const Span& span = packet[axis];
+    const int size = grid.sizes()[axis];
+    extent.ring = span.length + reach_ > size;
+    extent.origin = extent.ring ? 0 : wrapIndex(span.begin - radius, size);
+    extent.count = extent.ring ? size : span.length + 2 * radius;
+    extent.core = {0, extent.count};
+    return extent.ring ? GatherAxis(0, size, radius, size, true, 0, size)
+                       : GatherAxis(-radius, extent.count, radius, span.length, false, span.begin, size);
+  };
+  const auto row_stride = static_cast<std::ptrdiff_t>(grid.offset(0, 1));
+  const auto layer_stride = static_cast<std::ptrdiff_t>(grid.offset(1, 0));
+  excitation_.apply({grid.data(), layer_stride, row_stride}, {axisOf(kColumn), axisOf(kRow), axisOf(kLayer)},
+                    excited_);
+}
+
+AxisMaxima Attractor::maximaOf(const Volume& volume) {
+  return {maxima_[kColumn].atLeast(static_cast<std::size_t>(volume.width)),
+          maxima_[kRow].atLeast(static_cast<std::size_t>(volume.counts[kRow])),
+          maxima_[kLayer].atLeast(static_cast<std::size_t>(volume.counts[kLayer]))};
+}
+
+bool Attractor::findCore(double phi) {
+  if (std::all_of(extents_.begin(), extents_.end(), [](const Extent& extent) { return extent.ring; }))
+    return true;
+  kernels_->maxima(std::as_const(excited_).view(), excited_.counts[kLayer], excited_.counts[kRow],
+                   excited_.width, maximaOf(excited_));
+  for (const std::size_t axis : kAxes) {
+    Extent& extent = extents_[axis];
+    if (extent.ring) continue;
+    const double* const begin = maxima_[axis].data();
+    const double* const end = begin + extent.count;
+    const auto may_survive = [phi](double largest) { return largest > phi; };
+    const double* const first = std::find_if(begin, end, may_survive);
+    if (first == end) return false;
+    const double* last = end;
+    while (!may_survive(*(last - 1))) --last;
+    extent.core = {static_cast<int>(first - begin), static_cast<int>(last - first)};
+  }
   return true;
+}
+
+void Attractor::inhibit(double phi, double* sums) {
+  const auto axisOf = [&](std::size_t axis) {
+    const Extent& extent = extents_[axis];
+    return GatherAxis(extent.core.begin, extent.core.length, inhibition_.radius(), extent.count, extent.ring,
+                      0, extent.count);
+  };
+  inhibition_.apply(std::as_const(excited_).view(), {axisOf(kColumn), axisOf(kRow), axisOf(kLayer)}, core_);
+
+  long long* const keep = keep_.atLeast(static_cast<std::size_t>(core_.width));
+  for (int x = 0; x < core_.width; ++x) keep[x] = x < core_.counts[kColumn] ? -1 : 0;
+  VolumeView<const double> excited = std::as_const(excited_).view();
+  excited.data += extents_[kLayer].core.begin * excited.layer_stride +
+                  extents_[kRow].core.begin * excited.row_stride + extents_[kColumn].core.begin;
+  kernels_->inhibit(excited, core_.view(), core_.counts[kLayer], core_.counts[kRow], core_.width, phi, keep,
+                    sums, maximaOf(core_));
+}
+
+std::vector<Box> Attractor::occupiedBoxes() const {
+  std::array<std::vector<Span>, 3> spans;
+  for (const std::size_t axis : kAxes)
+    spans[axis] = occupiedSpans(maxima_[axis].data(), core_.counts[axis], extents_[axis].ring, reach_);
+  std::vector<Box> boxes;
+  for (const Span& layers : spans[kLayer])
+    for (const Span& rows : spans[kRow])
+      for (const Span& columns : spans[kColumn]) boxes.push_back({columns, rows, layers});
+  if (boxes.size() > 1)
+    boxes.erase(std::remove_if(boxes.begin(), boxes.end(), [this](Box& box) { return !tighten(box); }),
+                boxes.end());
+  return boxes;
+}
+
+/// Shrinks a box of the core to its activity. @return false if there is none.
+bool Attractor::tighten(Box& box) const {
+  std::array<int, 3> low{box[kColumn].length, box[kRow].length, box[kLayer].length};
+  std::array<int, 3> high{-1, -1, -1};
+  const VolumeView<const double> core = std::as_const(core_).view();
+  for (int c = 0; c < box[kLayer].length; ++c)
+    for (int b = 0; b < box[kRow].length; ++b) {
+      const double* const row = core.data +
+                                wrapIndex(box[kLayer].begin + c, core_.counts[kLayer]) * core.layer_stride +
+                                wrapIndex(box[kRow].begin + b, core_.counts[kRow]) * core.row_stride;
+      for (int a = 0; a < box[kColumn].length; ++a) {
+        if (!(row[wrapIndex(box[kColumn].begin + a, core_.counts[kColumn])] > 0.0)) continue;
+        const std::array<int, 3> cell{a, b, c};
+        for (const std::size_t axis : kAxes) {
+          low[axis] = std::min(low[axis], cell[axis]);
+          high[axis] = std::max(high[axis], cell[axis]);
+        }
+      }
+    }
+  if (high[kColumn] < 0) return false;
+  for (const std::size_t axis : kAxes)
+    box[axis] = {wrapIndex(box[axis].begin + low[axis], core_.counts[axis]), high[axis] - low[axis] + 1};
+  return true;
+}
+
+Box Attractor::store(const Box& box, ActivityGrid& grid) {
+  const auto inCore = [&](std::size_t axis, int c) {
+    return wrapIndex(box[axis].begin + c, core_.counts[axis]);
+  };
+  const auto inGrid = [&](std::size_t axis, int c) {
+    return wrapIndex(extents_[axis].origin + extents_[axis].core.begin + inCore(axis, c), grid.sizes()[axis]);
+  };
+  segments_.clear();
+  appendSegments(
+      segments_, box[kColumn].length, [&](int c) { return inCore(kColumn, c); },
+      [&](int c) { return inGrid(kColumn, c); });
+  from_.clear();
+  to_.clear();
+  const VolumeView<const double> core = std::as_const(core_).view();
+  for (int c = 0; c < box[kLayer].length; ++c)
+    for (int b = 0; b < box[kRow].length; ++b) {
+      from_.push_back(inCore(kLayer, c) * core.layer_stride + inCore(kRow, b) * core.row_stride);
+      to_.push_back(static_cast<std::ptrdiff_t>(grid.offset(inGrid(kLayer, c), inGrid(kRow, b))));
+    }
+  kernels_->copy({core.data, from_.data()}, {grid.data(), to_.data()}, static_cast<int>(from_.size()),
+                 segments_.data(), static_cast<int>(segments_.size()));
+  return {Span{inGrid(kColumn, 0), box[kColumn].length}, Span{inGrid(kRow, 0), box[kRow].length},
+          Span{inGrid(kLayer, 0), box[kLayer].length}};
 }
 
 }  // namespace ratslam

@@ -12,33 +12,44 @@ const PoseCellParams& validated(const PoseCellParams& params) {
 
 }  // namespace
 
-PoseCellNetwork::PoseCellNetwork(const PoseCellParams& params)
+PoseCellNetwork::PoseCellNetwork(const PoseCellParams& params, SimdLevel level)
     : grid_(validated(params).n_xy, params.n_th),
-      attractor_(params),
-      path_integrator_(params),
-      peak_decoder_(params.n_xy, params.n_th) {
+      attractor_(params, level),
+      path_integrator_(params, level),
+      peak_decoder_(params.n_xy, params.n_th, level) {
   const int centre_xy = params.n_xy / 2;
   const int centre_th = params.n_th / 2;
-  grid_.at({centre_xy, centre_xy, centre_th}) = 1.0;
+  grid_.add({centre_xy, centre_xy, centre_th}, 1.0);
   estimate_ = {static_cast<double>(centre_xy), static_cast<double>(centre_xy),
                static_cast<double>(centre_th)};
 }
 
 void PoseCellNetwork::step(double distance, double rotation) {
   path_integrator_.check(distance, rotation);
-  attract();
-  integratePath(distance, rotation);
+  const double sum = iterate();
+  move(distance, rotation, sum);
   estimate_ = peak_decoder_.decode(grid_);
 }
 
-void PoseCellNetwork::attract() {
-  if (!attractor_.iterate(grid_, model_sum_)) reseed();
-  model_sum_ = 1.0;
-}
+void PoseCellNetwork::attract() { grid_.scale(1.0 / iterate()); }
 
 void PoseCellNetwork::integratePath(double distance, double rotation) {
   path_integrator_.check(distance, rotation);
-  const double kept = path_integrator_.integrate(grid_, distance, rotation);
+  move(distance, rotation, 1.0);
+}
+
+/// @return the sum of the activity, which is left to be normalised.
+double PoseCellNetwork::iterate() {
+  const double sum = attractor_.iterate(grid_, model_sum_);
+  model_sum_ = 1.0;
+  if (sum > 0.0) return sum;
+  reseed();
+  return 1.0;
+}
+
+/// @param sum of the activity; it is scaled to 1 on the way.
+void PoseCellNetwork::move(double distance, double rotation, double sum) {
+  const double kept = path_integrator_.integrate(grid_, distance, rotation, sum);
   if (kept > 0.0) {
     model_sum_ *= kept;
   } else {
@@ -49,8 +60,25 @@ void PoseCellNetwork::integratePath(double distance, double rotation) {
 void PoseCellNetwork::inject(const PoseCell& cell, double energy) {
   const double sum = model_sum_ + energy;
   grid_.scale(model_sum_ / sum);
-  grid_.at(cell) += energy / sum;
+  grid_.add(cell, energy / sum);
   model_sum_ = sum;
+}
+
+void PoseCellNetwork::setActivity(const ActivityGrid& activity) {
+  if (activity.sizes() != grid_.sizes())
+    throw std::invalid_argument("activity: its shape is not the network's");
+  activity.forEachRun([&](std::size_t first, std::size_t count) {
+    for (std::size_t c = first; c < first + count; ++c)
+      if (!(activity.data()[c] >= 0.0))
+        throwBadValue("activity", activity.data()[c], "it must not be negative");
+  });
+  const double sum = activity.sum();
+  if (!(sum > 0.0 && std::isfinite(sum)))
+    throwBadValue("activity", sum, "its sum must be positive and finite");
+  grid_ = activity;
+  grid_.scale(1.0 / sum);
+  model_sum_ = 1.0;
+  estimate_ = peak_decoder_.decode(grid_);
 }
 
 /// Shared among the eight cells around the estimate, so that the packet starts where the robot was, not up to
@@ -66,10 +94,12 @@ void PoseCellNetwork::reseed() {
   const double fth = estimate_.th - low.layer;
   for (const int c : {0, 1})
     for (const int b : {0, 1})
-      for (const int a : {0, 1})
-        grid_.at({wrapIndex(low.column + a, grid_.nXy()), wrapIndex(low.row + b, grid_.nXy()),
-                  wrapIndex(low.layer + c, grid_.nTh())}) +=
-            (a == 1 ? fx : 1.0 - fx) * (b == 1 ? fy : 1.0 - fy) * (c == 1 ? fth : 1.0 - fth);
+      for (const int a : {0, 1}) {
+        const double share = (a == 1 ? fx : 1.0 - fx) * (b == 1 ? fy : 1.0 - fy) * (c == 1 ? fth : 1.0 - fth);
+        grid_.add({wrapIndex(low.column + a, grid_.nXy()), wrapIndex(low.row + b, grid_.nXy()),
+                   wrapIndex(low.layer + c, grid_.nTh())},
+                  share);
+      }
 }
 
 }  // namespace ratslam

@@ -24,16 +24,27 @@ std::vector<PeakDecoder::Direction> PeakDecoder::directions(int size) {
   return table;
 }
 
-PeakDecoder::PeakDecoder(int n_xy, int n_th)
-    : directions_xy_(directions(n_xy)), directions_th_(directions(n_th)) {}
+PeakDecoder::PeakDecoder(int n_xy, int n_th, SimdLevel level)
+    : directions_xy_(directions(n_xy)), directions_th_(directions(n_th)), kernels_(&rowKernels(level)) {}
+
+PoseCell PeakDecoder::mostActive(const ActivityGrid& grid) const {
+  double largest = 0.0;
+  std::size_t run = 0;
+  grid.forEachRun([&](std::size_t first, std::size_t count) {
+    const double here = kernels_->maximum(grid.data() + first, static_cast<std::ptrdiff_t>(count));
+    if (here > largest || (here == largest && first < run)) {
+      largest = here;
+      run = first;
+    }
+  });
+  while (grid.data()[run] != largest) ++run;
+  const std::size_t columns = static_cast<std::size_t>(grid.nXy());
+  return {static_cast<int>(run % columns), static_cast<int>(run / columns % columns),
+          static_cast<int>(run / (columns * columns))};
+}
 
 PoseCellEstimate PeakDecoder::decode(const ActivityGrid& grid) const {
-  PoseCell best;
-  for (int k = 0; k < grid.nTh(); ++k)
-    for (int j = 0; j < grid.nXy(); ++j)
-      for (int i = 0; i < grid.nXy(); ++i)
-        if (grid.at({i, j, k}) > grid.at(best)) best = {i, j, k};
-
+  const PoseCell best = mostActive(grid);
   Marginal along_x{};
   Marginal along_y{};
   Marginal along_th{};

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <cmath>
+
+#include "ratslam/common/angles.h"
 #include "ratslam/town/hash.h"
 #include "ratslam/town/town_parts.h"
 
@@ -45,6 +49,20 @@ void addCabin(Mesh& mesh, const TextureLibrary& textures, const UprightFrame& fr
   mesh.addQuad(high(-top, b), high(top, b), high(top, f), high(-top, f), {0.0, 0.05, 1.0, 0.3}, paint);
 }
 
+/// A disc as a fan of triangles, `out` metres from the car's middle.
+void addWheel(Mesh& mesh, const UprightFrame& frame, double side, double out, double forward,
+              const Finish& finish) {
+  constexpr double kRadius = 0.33;
+  constexpr int kSides = 10;
+  const auto vertex = [&](int i) {
+    const double angle = side * 2.0 * kPi * i / kSides;
+    return MeshVertex{
+        frame.at(side * out, kRadius * (1.0 + std::sin(angle)), forward + kRadius * std::cos(angle)),
+        Eigen::Vector2d(0.5 + 0.5 * std::cos(angle), 0.5 - 0.5 * std::sin(angle)).cast<float>(), 1.0F};
+  };
+  for (int i = 1; i + 1 < kSides; ++i) mesh.addTriangle(vertex(0), vertex(i), vertex(i + 1), finish);
+}
+
 }  // namespace
 
 Extent carExtent(std::uint64_t kind) {
@@ -83,14 +101,8 @@ Extent addCar(Mesh& mesh, const TextureLibrary& textures, const UprightFrame& fr
                at(-w - 0.1, 0.02, l + 0.1), {}, dark);
   Finish wheel = paint;
   wheel.texture = textures.wheel();
-  constexpr double kRadius = 0.33;
-  for (const double f : {-0.62 * l, 0.62 * l}) {
-    const double out = w + 0.015;
-    mesh.addQuad(at(-out, 0.0, f + kRadius), at(-out, 0.0, f - kRadius), at(-out, 2 * kRadius, f - kRadius),
-                 at(-out, 2 * kRadius, f + kRadius), {}, wheel);
-    mesh.addQuad(at(out, 0.0, f - kRadius), at(out, 0.0, f + kRadius), at(out, 2 * kRadius, f + kRadius),
-                 at(out, 2 * kRadius, f - kRadius), {}, wheel);
-  }
+  for (const double f : {-0.62 * l, 0.62 * l})
+    for (const double side : {-1.0, 1.0}) addWheel(mesh, frame, side, w + 0.015, f, wheel);
   return carExtent(kind);
 }
 

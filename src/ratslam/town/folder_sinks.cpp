@@ -72,31 +72,15 @@ void writeImage(const fs::path& path, const cv::Mat& image, int jpeg_quality) {
 
 class KittiSink : public TownSink {
  public:
-  explicit KittiSink(const TownOptions& options) : folder_(options.out), jpeg_quality_(options.jpeg_quality) {
+  explicit KittiSink(const TownOptions& options) : options_(options), folder_(options.out) {
     expectAbsent(folder_ / "image_0");
-    makeFolder(folder_ / "image_0");
-    poses_ = std::make_unique<TextFile>(folder_ / "poses.txt");
-    times_ = std::make_unique<TextFile>(folder_ / "times.txt");
-    if (!options.wheel_noise.empty()) {
-      wheel_ = std::make_unique<TextFile>(folder_ / "odometry.csv");
-      *wheel_ << "frame,stamp,linear_x,angular_z\n";
-    }
-    const TownCamera camera = options.camera();
-    TextFile calibration(folder_ / "calib.txt");
-    for (int i = 0; i < 4; ++i) {
-      calibration << "P" << i << ":";
-      for (const double value :
-           {camera.fx, 0.0, camera.cx, 0.0, 0.0, camera.fy, camera.cy, 0.0, 0.0, 0.0, 1.0, 0.0})
-        calibration << " " << digits(value, 13);
-      calibration << "\n";
-    }
-    calibration.close();
   }
 
   void add(const TownFrame& frame) override {
+    if (!poses_) open();
     std::ostringstream name;
-    name << std::setw(6) << std::setfill('0') << frame.index << (jpeg_quality_ > 0 ? ".jpg" : ".png");
-    writeImage(folder_ / "image_0" / name.str(), frame.image, jpeg_quality_);
+    name << std::setw(6) << std::setfill('0') << frame.index << (options_.jpeg_quality > 0 ? ".jpg" : ".png");
+    writeImage(folder_ / "image_0" / name.str(), frame.image, options_.jpeg_quality);
     *times_ << digits(toSeconds(frame.stamp), 12) << "\n";
     const Eigen::Matrix4d pose = frame.T_world_camera.matrix();
     for (int row = 0; row < 3; ++row)
@@ -108,22 +92,42 @@ class KittiSink : public TownSink {
   }
 
   void finish() override {
-    poses_->close();
-    times_->close();
-    if (wheel_) wheel_->close();
+    for (TextFile* file : {poses_.get(), times_.get(), wheel_.get()})
+      if (file != nullptr) file->close();
   }
 
  private:
+  void open() {
+    makeFolder(folder_ / "image_0");
+    poses_ = std::make_unique<TextFile>(folder_ / "poses.txt");
+    times_ = std::make_unique<TextFile>(folder_ / "times.txt");
+    if (!options_.wheel_noise.empty()) {
+      wheel_ = std::make_unique<TextFile>(folder_ / "odometry.csv");
+      *wheel_ << "frame,stamp,linear_x,angular_z\n";
+    }
+    const TownCamera camera = options_.camera();
+    TextFile calibration(folder_ / "calib.txt");
+    for (int i = 0; i < 4; ++i) {
+      calibration << "P" << i << ":";
+      for (const double value :
+           {camera.fx, 0.0, camera.cx, 0.0, 0.0, camera.fy, camera.cy, 0.0, 0.0, 0.0, 1.0, 0.0})
+        calibration << " " << digits(value, 13);
+      calibration << "\n";
+    }
+    calibration.close();
+  }
+
+  TownOptions options_;
   fs::path folder_;
-  int jpeg_quality_;
   std::unique_ptr<TextFile> poses_, times_, wheel_;
 };
 
 class RecorderSink : public TownSink {
  public:
   explicit RecorderSink(const TownOptions& options)
-      : start_(stampFromSeconds(options.start)),
-        jpeg_quality_(options.jpeg_quality > 0 ? options.jpeg_quality : 90) {
+      : options_(options),
+        start_(stampFromSeconds(options.start)),
+        jpeg_quality_(options.jpeg_quality > 0 ? options.jpeg_quality : kDefaultQuality) {
     const auto seconds = static_cast<std::time_t>(options.start);
     std::tm utc{};
     gmtime_r(&seconds, &utc);
@@ -131,23 +135,10 @@ class RecorderSink : public TownSink {
     name << std::put_time(&utc, "%y-%m-%d-%H-%M-%S");
     folder_ = fs::path(options.out) / name.str();
     expectAbsent(folder_);
-    makeFolder(folder_ / "images");
-    images_ = std::make_unique<TextFile>(folder_ / "data_image.txt");
-    imu_ = std::make_unique<TextFile>(folder_ / "data_imu.txt");
-    gps_ = std::make_unique<TextFile>(folder_ / "data_gps.txt");
-    truth_ = std::make_unique<TextFile>(fs::path(options.out) / "truth.tum");
-    const TownCamera camera = options.camera();
-    TextFile calibration(fs::path(options.out) / "calibration.yaml");
-    calibration << "width: " << camera.width << "\nheight: " << camera.height << "\n";
-    constexpr std::array<const char*, 9> kKeys{"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
-    std::vector<double> values{camera.fx, camera.fy, camera.cx, camera.cy};
-    values.insert(values.end(), camera.distortion.begin(), camera.distortion.end());
-    for (std::size_t i = 0; i < kKeys.size(); ++i)
-      calibration << kKeys[i] << ": " << digits(values[i], 13) << "\n";
-    calibration.close();
   }
 
   void add(const TownFrame& frame) override {
+    if (!images_) open();
     const std::string ms = milliseconds(frame.stamp);
     writeImage(folder_ / "images" / (ms + ".jpeg"), frame.image, jpeg_quality_);
     *images_ << ms << ",images/" << ms << ".jpeg\n";
@@ -170,12 +161,33 @@ class RecorderSink : public TownSink {
   }
 
   void finish() override {
-    for (TextFile* file : {images_.get(), imu_.get(), gps_.get(), truth_.get()}) file->close();
+    for (TextFile* file : {images_.get(), imu_.get(), gps_.get(), truth_.get()})
+      if (file != nullptr) file->close();
   }
 
  private:
+  static constexpr int kDefaultQuality = 90;
+
   std::string milliseconds(Stamp stamp) const { return std::to_string((start_ + stamp + 500000) / 1000000); }
 
+  void open() {
+    makeFolder(folder_ / "images");
+    images_ = std::make_unique<TextFile>(folder_ / "data_image.txt");
+    imu_ = std::make_unique<TextFile>(folder_ / "data_imu.txt");
+    gps_ = std::make_unique<TextFile>(folder_ / "data_gps.txt");
+    truth_ = std::make_unique<TextFile>(fs::path(options_.out) / "truth.tum");
+    const TownCamera camera = options_.camera();
+    TextFile calibration(fs::path(options_.out) / "calibration.yaml");
+    calibration << "width: " << camera.width << "\nheight: " << camera.height << "\n";
+    constexpr std::array<const char*, 9> kKeys{"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
+    std::vector<double> values{camera.fx, camera.fy, camera.cx, camera.cy};
+    values.insert(values.end(), camera.distortion.begin(), camera.distortion.end());
+    for (std::size_t i = 0; i < kKeys.size(); ++i)
+      calibration << kKeys[i] << ": " << digits(values[i], 13) << "\n";
+    calibration.close();
+  }
+
+  TownOptions options_;
   fs::path folder_;
   Stamp start_;
   int jpeg_quality_;

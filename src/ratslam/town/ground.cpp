@@ -62,10 +62,20 @@ class GroundBuilder {
     kerb_.stain_scale = 0.05F;
   }
 
-  void addSquare(double x, double z, double edge) {
-    const Polygon corners{point(x, z), point(x + edge, z), point(x + edge, z + edge), point(x, z + edge)};
-    addTriangle({corners[0], corners[1], corners[2]});
-    addTriangle({corners[0], corners[2], corners[3]});
+  /// Adds a square of `cells` times `cells` lattice cells.
+  void addSquare(double x, double z, int cells, double cell) {
+    Polygon lattice;
+    for (int row = 0; row <= cells; ++row)
+      for (int column = 0; column <= cells; ++column)
+        lattice.push_back(point(x + column * cell, z + row * cell));
+    const auto at = [&](int column, int row) {
+      return lattice[static_cast<std::size_t>(row * (cells + 1) + column)];
+    };
+    for (int row = 0; row < cells; ++row)
+      for (int column = 0; column < cells; ++column) {
+        addTriangle({at(column, row), at(column + 1, row), at(column + 1, row + 1)});
+        addTriangle({at(column, row), at(column + 1, row + 1), at(column, row + 1)});
+      }
   }
 
  private:
@@ -119,9 +129,7 @@ void buildGround(TownSite& site) {
     for (double z = z_start; z < roads.zMax() + RoadField::kMargin; z += kCoarse) {
       const double half = 0.5 * kCoarse;
       const bool near_road = roads.distance(x + half, z + half) < kPavementEdge + kFine + half * 1.4143;
-      const double edge = near_road ? kFine : kCoarse;
-      for (double dx = 0.0; dx < kCoarse; dx += edge)
-        for (double dz = 0.0; dz < kCoarse; dz += edge) builder.addSquare(x + dx, z + dz, edge);
+      builder.addSquare(x, z, near_road ? static_cast<int>(kCoarse / kFine) : 1, near_road ? kFine : kCoarse);
     }
 }
 

@@ -16,24 +16,28 @@ void Canvas::addNoise(int cells, int octaves, float amplitude, std::uint64_t see
   for (int octave = 0; octave < octaves && cells <= size_; ++octave, cells *= 2, amplitude *= gain) {
     const auto n = static_cast<std::size_t>(cells);
     lattice.resize(n * n);
+    const std::uint64_t octave_seed = hashOf(seed, static_cast<std::uint64_t>(octave));
+    double mean = 0.0;
+    for (std::size_t i = 0; i < lattice.size(); ++i) mean += unitFromHash(hashOf(octave_seed, i));
+    mean /= static_cast<double>(lattice.size());
     for (std::size_t i = 0; i < lattice.size(); ++i)
-      lattice[i] =
-          amplitude *
-          static_cast<float>(2.0 * unitFromHash(hashOf(seed, static_cast<std::uint64_t>(octave), i)) - 1.0);
-    const int step = size_ / cells;
-    for (int row = 0; row < size_; ++row) {
-      const std::size_t top = static_cast<std::size_t>(row / step) * n;
-      const std::size_t bottom = static_cast<std::size_t>((row / step + 1) % cells) * n;
-      const float t = static_cast<float>(row % step) / static_cast<float>(step);
-      const float fy = t * t * (3.0F - 2.0F * t);
-      for (int column = 0; column < size_; ++column) {
-        const auto left = static_cast<std::size_t>(column / step);
-        const std::size_t right = (left + 1) % n;
-        const float s = static_cast<float>(column % step) / static_cast<float>(step);
-        const float fx = s * s * (3.0F - 2.0F * s);
-        const float upper = lattice[top + left] + fx * (lattice[top + right] - lattice[top + left]);
-        const float lower = lattice[bottom + left] + fx * (lattice[bottom + right] - lattice[bottom + left]);
-        at(column, row) += upper + fy * (lower - upper);
+      lattice[i] = 2.0F * amplitude * static_cast<float>(unitFromHash(hashOf(octave_seed, i)) - mean);
+    const auto step = static_cast<std::size_t>(size_ / cells);
+    std::vector<float> weight(step);  // of the right, or lower, lattice point
+    for (std::size_t i = 0; i < step; ++i) {
+      const float t = static_cast<float>(i) / static_cast<float>(step);
+      weight[i] = t * t * (3.0F - 2.0F * t);
+    }
+    float* texel = texels_.data();
+    for (std::size_t row = 0; row < static_cast<std::size_t>(size_); ++row) {
+      const float* const top = &lattice[row / step * n];
+      const float* const bottom = &lattice[(row / step + 1) % n * n];
+      const float fy = weight[row % step];
+      for (std::size_t cell = 0; cell < n; ++cell) {
+        const std::size_t right = (cell + 1) % n;
+        const float from = top[cell] + fy * (bottom[cell] - top[cell]);
+        const float to = top[right] + fy * (bottom[right] - top[right]);
+        for (std::size_t i = 0; i < step; ++i) *texel++ += from + weight[i] * (to - from);
       }
     }
   }

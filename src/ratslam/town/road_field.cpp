@@ -12,8 +12,8 @@ constexpr double kBucket = 8.0;    // [m]
 constexpr double kLattice = 4.0;   // [m]
 constexpr double kRounding = 5.0;  // [m] reach over which heights blend along and across a road
 
-std::int64_t square(double x) { return static_cast<std::int64_t>(std::floor(x / kBucket)); }
-std::int64_t pack(std::int64_t column, std::int64_t row) { return (column << 32) ^ (row & 0xFFFFFFFF); }
+/// Distance from x to the interval [low, low + kBucket].
+double outside(double x, double low) { return std::max({low - x, x - low - kBucket, 0.0}); }
 
 }  // namespace
 
@@ -23,22 +23,47 @@ RoadField::RoadField(const std::vector<std::vector<RoadPoint>>& roads) {
   const RoadAxis::Sample& first = axes_.front().samples.front();
   x_min_ = x_max_ = first.x;
   z_min_ = z_max_ = first.z;
-  for (std::size_t a = 0; a < axes_.size(); ++a)
-    for (std::size_t i = 0; i < axes_[a].samples.size(); ++i) {
-      const RoadAxis::Sample& sample = axes_[a].samples[i];
+  for (const RoadAxis& axis : axes_)
+    for (const RoadAxis::Sample& sample : axis.samples) {
       x_min_ = std::min(x_min_, sample.x);
       x_max_ = std::max(x_max_, sample.x);
       z_min_ = std::min(z_min_, sample.z);
       z_max_ = std::max(z_max_, sample.z);
-      buckets_[key(sample.x, sample.z)].push_back({static_cast<float>(sample.x), static_cast<float>(sample.z),
-                                                   static_cast<std::uint32_t>(a),
-                                                   static_cast<std::uint32_t>(i)});
+    }
+  bucket_columns_ = static_cast<int>((x_max_ - x_min_) / kBucket) + 1;
+  bucket_rows_ = static_cast<int>((z_max_ - z_min_) / kBucket) + 1;
+  buckets_.resize(static_cast<std::size_t>(bucket_columns_) * static_cast<std::size_t>(bucket_rows_));
+  for (std::size_t a = 0; a < axes_.size(); ++a)
+    for (std::size_t i = 0; i < axes_[a].samples.size(); ++i) {
+      const RoadAxis::Sample& sample = axes_[a].samples[i];
+      const auto column = static_cast<std::size_t>((sample.x - x_min_) / kBucket);
+      const auto row = static_cast<std::size_t>((sample.z - z_min_) / kBucket);
+      buckets_[row * static_cast<std::size_t>(bucket_columns_) + column].push_back(
+          {static_cast<float>(sample.x), static_cast<float>(sample.z), static_cast<std::uint32_t>(a),
+           static_cast<std::uint32_t>(i)});
     }
   findFirstVisits();
   tabulateHeights();
 }
 
-std::int64_t RoadField::key(double x, double z) { return pack(square(x), square(z)); }
+template <class Visit>
+void RoadField::visitBuckets(double x, double z, const double& reach, Visit&& visit) const {
+  // Own bucket first, then rings round it: `reach` may shrink while the visit goes on.
+  const int column = static_cast<int>(std::floor((x - x_min_) / kBucket));
+  const int row = static_cast<int>(std::floor((z - z_min_) / kBucket));
+  for (int ring = 0; (ring - 1) * kBucket < reach; ++ring)
+    for (int r = row - ring; r <= row + ring; ++r) {
+      const bool whole_row = std::abs(r - row) == ring;
+      for (int c = column - ring; c <= column + ring; c += whole_row ? 1 : 2 * ring) {
+        if (r < 0 || r >= bucket_rows_ || c < 0 || c >= bucket_columns_) continue;
+        const double dx = outside(x, x_min_ + c * kBucket);
+        const double dz = outside(z, z_min_ + r * kBucket);
+        if (dx * dx + dz * dz >= reach * reach) continue;
+        visit(buckets_[static_cast<std::size_t>(r) * static_cast<std::size_t>(bucket_columns_) +
+                       static_cast<std::size_t>(c)]);
+      }
+    }
+}
 
 void RoadField::addAxis(const std::vector<RoadPoint>& points) {
   RoadAxis axis;
@@ -76,40 +101,28 @@ void RoadField::findFirstVisits() {
   for (std::uint32_t a = 0; a < axes_.size(); ++a)
     for (std::uint32_t i = 0; i < axes_[a].samples.size(); ++i) {
       RoadAxis::Sample& sample = axes_[a].samples[i];
-      for (std::int64_t column = square(sample.x - kSame); column <= square(sample.x + kSame); ++column)
-        for (std::int64_t row = square(sample.z - kSame); row <= square(sample.z + kSame); ++row) {
-          const auto bucket = buckets_.find(pack(column, row));
-          if (bucket == buckets_.end()) continue;
-          for (const Place& place : bucket->second) {
-            const bool earlier = place.axis < a || (place.axis == a && place.sample + kRecent < i);
-            if (earlier && std::hypot(place.x - sample.x, place.z - sample.z) < kSame)
-              sample.first_visit = false;
-          }
+      visitBuckets(sample.x, sample.z, kSame, [&](const Bucket& bucket) {
+        for (const Place& place : bucket) {
+          const bool earlier = place.axis < a || (place.axis == a && place.sample + kRecent < i);
+          if (earlier && std::hypot(place.x - sample.x, place.z - sample.z) < kSame)
+            sample.first_visit = false;
         }
+      });
     }
 }
 
 double RoadField::distance(double x, double z) const {
-  double nearest = kFar * kFar;
-  const std::int64_t column = square(x);
-  const std::int64_t row = square(z);
-  constexpr auto kRings = static_cast<std::int64_t>(kFar / kBucket);
-  for (std::int64_t ring = 0; ring <= kRings; ++ring) {
-    // Nothing in this ring of squares can be nearer than its inner edge.
-    const double inner = static_cast<double>(ring - 1) * kBucket;
-    if (ring > 0 && inner * inner >= nearest) break;
-    for (std::int64_t dc = -ring; dc <= ring; ++dc)
-      for (std::int64_t dr = -ring; dr <= ring; dr += (std::abs(dc) == ring || ring == 0) ? 1 : 2 * ring) {
-        const auto bucket = buckets_.find(pack(column + dc, row + dr));
-        if (bucket == buckets_.end()) continue;
-        for (const Place& place : bucket->second) {
-          const double dx = place.x - x;
-          const double dz = place.z - z;
-          nearest = std::min(nearest, dx * dx + dz * dz);
-        }
-      }
-  }
-  return std::sqrt(nearest);
+  double nearest = kFar;
+  visitBuckets(x, z, nearest, [&](const Bucket& bucket) {
+    double square = nearest * nearest;
+    for (const Place& place : bucket) {
+      const double dx = place.x - x;
+      const double dz = place.z - z;
+      square = std::min(square, dx * dx + dz * dz);
+    }
+    nearest = std::sqrt(square);
+  });
+  return nearest;
 }
 
 void RoadField::tabulateHeights() {

@@ -6,9 +6,9 @@
 namespace ratslam {
 namespace {
 
-constexpr float kHaze = 205.0F;       // grey value of the haze, and of the sky at the horizon
-constexpr float kHazeStep = 2.0F;     // [m]
-constexpr float kMaxSamples = 10.0F;  // along the longer axis of a pixel's footprint
+constexpr float kHaze = 205.0F;      // grey value of the haze, and of the sky at the horizon
+constexpr float kHazeStep = 2.0F;    // [m]
+constexpr float kMaxSamples = 8.0F;  // along the longer axis of a pixel's footprint
 
 /// Average of a texture over a pixel's footprint, spanned by the steps to the next column and row [repeats].
 float sampleFootprint(const Texture& texture, float u, float v, const Eigen::Vector2f& across,
@@ -66,16 +66,18 @@ float Shader::surface(const ScreenTriangle& triangle, double x, double y) const 
                                static_cast<float>((triangle.v.x - v * triangle.inverse_depth.x) * depth)};
   const Eigen::Vector2f down{static_cast<float>((triangle.u.y - u * triangle.inverse_depth.y) * depth),
                              static_cast<float>((triangle.v.y - v * triangle.inverse_depth.y) * depth)};
-  const auto uf = static_cast<float>(u);
-  const auto vf = static_cast<float>(v);
+  // Textures repeat: whole repeats carry no information, but cost precision.
+  const auto uf = static_cast<float>(u - std::floor(u));
+  const auto vf = static_cast<float>(v - std::floor(v));
   float value = sampleFootprint(textures_[triangle.texture], uf, vf, across, down) * light;
   if (triangle.stain_scale > 0.0F) {
     const Texture& stains = textures_[textures_.stains()];
     const float reach = triangle.stain_scale * static_cast<float>(stains.size());
     const float footprint = reach * reach * std::max(across.squaredNorm(), down.squaredNorm());
-    const float stain = stains.sample(uf * triangle.stain_scale + triangle.stain_offset.x(),
-                                      vf * triangle.stain_scale + triangle.stain_offset.y(),
-                                      0.5F * roughLog2(std::max(footprint, 1.0F)));
+    const float stain =
+        stains.sample(static_cast<float>(u) * triangle.stain_scale + triangle.stain_offset.x(),
+                      static_cast<float>(v) * triangle.stain_scale + triangle.stain_offset.y(),
+                      0.5F * roughLog2(std::max(footprint, 1.0F)));
     value *= 0.45F + stain * (0.55F / 128.0F);
   }
   const float haze = hazeAt(static_cast<float>(depth) * ray(x, y).norm());

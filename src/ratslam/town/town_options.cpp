@@ -129,7 +129,7 @@ std::string townUsage() {
   help << "ratslam_town: renders a synthetic drive through a town, with exact truth.\n\n"
        << "  ratslam_town --out out/town\n"
        << "  ratslam_town --out out/town00 --trajectory 00.txt --times times_00.txt --jpeg-quality 95\n"
-       << "  ratslam_town --out out/phone --layout recorder --size 1280x960 --distortion 0.1,-0.2,0,0,0 "
+       << "  ratslam_town --out out/phone --layout recorder --size 1280x960 --distortion=-0.2,0.05,0,0,0 "
           "--gps-noise 3\n\n";
   TownOptions defaults;
   defaults.visitFields([&](std::string key, auto& value, const Bounds&, const char* meaning) {

@@ -1,5 +1,6 @@
 #include "ratslam/town/town_renderer.h"
 
+#include <algorithm>
 #include <array>
 #include <opencv2/imgproc.hpp>
 
@@ -38,14 +39,19 @@ RasterImage TownRenderer::draw(const Eigen::Isometry3d& T_world_camera,
       if (const auto triangle = projectTriangle(surface, T_camera_world, lens_.ideal))
         triangles.push_back(*triangle);
   };
+  // Near chunks first: what they hide is found hidden, and neither stored nor overwritten.
+  std::vector<std::pair<double, const Town::Chunk*>> visible;
   for (const Town::Chunk& chunk : town_.chunks()) {
     const Eigen::Vector3d centre = T_camera_world * chunk.centre.cast<double>();
     const double radius = chunk.radius;
     if (centre.norm() - radius > Shader::kViewDistance || centre.z() < -radius) continue;
     bool in_view = true;
     for (const Eigen::Vector3d& plane : planes) in_view = in_view && plane.dot(centre) > -radius;
-    if (in_view) project(chunk.triangles);
+    if (in_view) visible.emplace_back(centre.norm(), &chunk);
   }
+  std::stable_sort(visible.begin(), visible.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [distance, chunk] : visible) project(chunk->triangles);
   project(moving);
   return rasteriser_.draw(triangles, T_world_camera.linear().cast<float>(), with_depth);
 }

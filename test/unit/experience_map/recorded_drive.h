@@ -1,5 +1,5 @@
-/// Recorded drives for the tests of the experience map: OpenRatSLAM's reference run over KITTI 00, and KITTI's true
-/// trajectories. Tests skip where the data are absent.
+/// Recorded drives for the tests of the experience map: OpenRatSLAM's reference run over KITTI 00, and
+/// KITTI's true trajectories. Tests skip where the data are absent.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "oracle/experience_map_drive.h"
 #include "ratslam/events.h"
 #include "ratslam/experience_map/experience_map.h"
 
@@ -19,7 +20,8 @@ inline std::string dataFolder() {
   return folder != nullptr ? folder : RATSLAM_SOURCE_DIR "/../shared/data";
 }
 
-/// Rows of a table of numbers, separated by commas or blanks; lines that do not start with a number are left out.
+/// Rows of a table of numbers, separated by commas or blanks; lines that do not start with a number are left
+/// out.
 inline std::vector<std::vector<double>> readTable(const std::string& path) {
   std::vector<std::vector<double>> rows;
   std::ifstream file(path);
@@ -33,14 +35,8 @@ inline std::vector<std::vector<double>> readTable(const std::string& path) {
   return rows;
 }
 
-/// One odometry step and the decision after it.
-struct DriveStep {
-  Stamp end = 0;
-  OdometryStep motion;
-  TopologicalAction action;
-};
-
-/// The reference run: the true planar odometry and the decisions of OpenRatSLAM's pose cells. The first step has no motion.
+/// The reference run: the true planar odometry and the decisions of OpenRatSLAM's pose cells. The first step
+/// has no motion.
 inline std::vector<DriveStep> readReferenceDrive() {
   const auto odometry = readTable(dataFolder() + "/openratslam_reference/odometry.csv");
   const auto decisions = readTable(dataFolder() + "/openratslam_reference/pose_cells.csv");
@@ -59,14 +55,6 @@ inline std::vector<DriveStep> readReferenceDrive() {
     step.action.dest_id = static_cast<std::uint32_t>(decisions[k][6]);
   }
   return drive;
-}
-
-inline void run(ExperienceMap& map, const std::vector<DriveStep>& drive) {
-  map.start(drive.front().end);
-  for (std::size_t k = 1; k < drive.size(); ++k) {
-    map.integrate(drive[k].end, drive[k].motion);
-    map.apply(drive[k].action);
-  }
 }
 
 /// Camera positions of a KITTI trajectory, one column a frame.

@@ -1,0 +1,85 @@
+/// Arithmetic on rows of pose cells, compiled for several instruction sets and chosen at run time.
+///
+/// Every level gives the same bits: only independent cells share a vector, multiplication and addition are
+/// not fused, and a sum over cells always has eight partial sums (column modulo 8), whatever the width of a
+/// register. Widths are multiples of kRowQuantum; rows are padded to that.
+#pragma once
+
+#include <cstddef>
+
+namespace ratslam {
+
+enum class SimdLevel {
+  kPortable,  ///< what every machine of the architecture has: SSE2, NEON
+  kAvx2,
+  kAvx512
+};
+
+/// The widest level that this machine has.
+SimdLevel bestSimdLevel();
+
+constexpr int kRowQuantum = 8;  ///< cells; the widest register holds as many doubles
+
+constexpr int paddedWidth(int width) { return (width + kRowQuantum - 1) / kRowQuantum * kRowQuantum; }
+
+/// `count` cells of a row, from column `from` of one row to column `to` of another.
+struct RowSegment {
+  int from = 0;
+  int to = 0;
+  int count = 0;
+};
+
+/// Rows picked out of a volume: row r starts at data[offsets[r]].
+template <class Cell>
+struct RowSet {
+  Cell* data = nullptr;
+  const std::ptrdiff_t* offsets = nullptr;
+};
+
+/// A volume of `layers` x `rows` rows, at the given distances from each other.
+template <class Cell>
+struct VolumeView {
+  Cell* data = nullptr;
+  std::ptrdiff_t layer_stride = 0;
+  std::ptrdiff_t row_stride = 0;
+};
+
+/// Largest activity per index of each axis; the columns padded.
+struct AxisMaxima {
+  double* columns = nullptr;
+  double* rows = nullptr;
+  double* layers = nullptr;
+};
+
+struct RowKernels {
+  /// Copies or adds the segments of `rows` rows.
+  void (*copy)(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
+               int n_segments);
+  void (*add)(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
+              int n_segments);
+
+  /// out[r][x] = sum over t = -radius..radius of weights[|t|] in[r][x + (t + radius) tap].
+  void (*convolve)(const double* in, std::ptrdiff_t in_stride, std::ptrdiff_t tap, double* out,
+                   std::ptrdiff_t out_stride, int rows, std::ptrdiff_t width, const double* weights,
+                   int radius);
+
+  /// out[x] = sum over t = 0..taps-1 of weights[t] in[x + t tap].
+  void (*correlate)(const double* in, std::ptrdiff_t tap, double* out, std::ptrdiff_t width,
+                    const double* weights, int taps);
+
+  /// Largest values of a volume along each axis, at least 0.
+  void (*maxima)(VolumeView<const double> in, int layers, int rows, int width, AxisMaxima maxima);
+
+  /// cells <- max(0, excited - cells - global) where `keep` (all bits set or none, per column) says so, else
+  /// 0. `sums` (eight of them) grow by the result, `maxima` are those of the result.
+  void (*inhibit)(VolumeView<const double> excited, VolumeView<double> cells, int layers, int rows, int width,
+                  double global, const long long* keep, double* sums, AxisMaxima maxima);
+
+  /// Largest of `count` > 0 values.
+  double (*maximum)(const double* in, std::ptrdiff_t count);
+};
+
+/// @pre the machine has the level.
+const RowKernels& rowKernels(SimdLevel level);
+
+}  // namespace ratslam

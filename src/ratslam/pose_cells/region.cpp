@@ -1,0 +1,86 @@
+#include "ratslam/pose_cells/region.h"
+
+#include <algorithm>
+
+namespace ratslam {
+namespace {
+
+bool isNear(const Span& a, const Span& b, int margin, int size) {
+  return wrapIndex(b.begin - a.begin, size) < a.length + margin ||
+         wrapIndex(a.begin - b.begin, size) < b.length + margin;
+}
+
+bool isNear(const Box& a, const Box& b, int margin, const RingSizes& sizes) {
+  for (const std::size_t axis : {kColumn, kRow, kLayer})
+    if (!isNear(a[axis], b[axis], margin, sizes[axis])) return false;
+  return true;
+}
+
+/// Shortest span around two.
+Span hull(const Span& a, const Span& b, int size) {
+  const auto startingWith = [size](const Span& first, const Span& second) {
+    const int length = std::max(first.length, wrapIndex(second.begin - first.begin, size) + second.length);
+    return Span{first.begin, length};
+  };
+  const Span from_a = startingWith(a, b);
+  const Span from_b = startingWith(b, a);
+  const Span shorter = from_b.length < from_a.length ? from_b : from_a;
+  return shorter.length >= size ? Span{0, size} : shorter;
+}
+
+}  // namespace
+
+Span widened(const Span& span, int margin, int size) {
+  if (span.length + 2 * margin >= size) return {0, size};
+  return {wrapIndex(span.begin - margin, size), span.length + 2 * margin};
+}
+
+void coalesce(std::vector<Box>& boxes, const RingSizes& sizes, int margin) {
+  std::size_t a = 0;
+  while (a < boxes.size()) {
+    std::size_t b = a + 1;
+    while (b < boxes.size() && !isNear(boxes[a], boxes[b], margin, sizes)) ++b;
+    if (b == boxes.size()) {
+      ++a;
+      continue;
+    }
+    for (const std::size_t axis : {kColumn, kRow, kLayer})
+      boxes[a][axis] = hull(boxes[a][axis], boxes[b][axis], sizes[axis]);
+    boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(b));
+    a = 0;  // the grown box may be near to those passed over before
+  }
+}
+
+std::vector<Span> occupiedSpans(const double* values, int size, bool ring, int min_gap) {
+  // On a ring, start behind a gap, so that no run is cut in two.
+  int start = 0;
+  if (ring) {
+    int empty = 0;
+    bool found = false;
+    for (int i = 0; i < 2 * size && !found; ++i) {
+      if (values[i % size] > 0.0) {
+        found = empty >= min_gap;
+        if (found) start = i % size;
+        empty = 0;
+      } else {
+        ++empty;
+      }
+    }
+    if (!found) return {{0, size}};
+  }
+  std::vector<Span> spans;
+  int last = 0;
+  for (int i = 0; i < size; ++i) {
+    const int position = (start + i) % size;
+    if (!(values[position] > 0.0)) continue;
+    if (spans.empty() || i - last > min_gap) {
+      spans.push_back({position, 1});
+    } else {
+      spans.back().length += i - last;
+    }
+    last = i;
+  }
+  return spans;
+}
+
+}  // namespace ratslam
