@@ -1,10 +1,12 @@
-/// ratslam_lv: camera/image -> LocalView/Template by the local view cells (MODEL section 1).
+/// ratslam_lv: camera/image -> LocalView/Template by the local view cells (MODEL section 1), and
+/// LocalView/View to look at.
 #pragma once
 
 #include <optional>
 
 #include "ratslam/local_view/local_view_cells.h"
 #include "ratslam_ros/image_subscriber.h"
+#include "ratslam_ros/lazy_picture.h"
 #include "ratslam_ros/node_parameters.h"
 #include "ratslam_ros/start_gate.h"
 
@@ -21,6 +23,7 @@ class LocalViewNode {
   NodeParams params_;
   LocalViewCells cells_;
   ros::Publisher template_publisher_;
+  LazyPicture picture_;
   ImageSubscriber images_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;

@@ -1,11 +1,12 @@
 /// What the experience map tells the world: topology and marker (latched, at most every map_period), robot
-/// pose, scale, path to the goal, map -> odom.
+/// pose, scale, path to the goal, map -> odom, and ExperienceMap/Picture to look at.
 #pragma once
 
 #include <ros/node_handle.h>
 #include <tf2_ros/transform_broadcaster.h>
 
 #include "ratslam/experience_map/experience_map.h"
+#include "ratslam_ros/lazy_picture.h"
 #include "ratslam_ros/node_params.h"
 #include "ratslam_ros/odometry_frame.h"
 
@@ -19,7 +20,7 @@ class MapPublisher {
   /// Robot pose, scale and map -> odom for each decision that the map has processed, oldest first.
   void publishPoses(const ExperienceMap& map, const std::vector<Stamp>& processed, OdometryFrame& odometry);
 
-  /// Map and marker where the map has changed since they were published and map_period is over.
+  /// Map, marker and picture where the map has changed since they were published and map_period is over.
   void publishMapIfDue(const ExperienceMap& map);
   /// Map and marker where the map has changed since they were published.
   void publishMap(const ExperienceMap& map);
@@ -35,6 +36,7 @@ class MapPublisher {
   ros::Publisher robot_pose_;
   ros::Publisher path_;
   ros::Publisher scale_;
+  LazyPicture picture_;
   tf2_ros::TransformBroadcaster broadcaster_;
   Stamp newest_ = 0;
   std::optional<Stamp> newest_transform_;

@@ -12,7 +12,9 @@
 
 namespace ratslam {
 
-/// Covariance of (vx, vy, vz, wx, wy, wz) in base_link [m^2/s^2, rad^2/s^2], as nav_msgs/Odometry has it.
+/// (vx, vy, vz, wx, wy, wz) in base_link [m/s, rad/s].
+using Twist = Eigen::Matrix<double, 6, 1>;
+/// Covariance of a twist, as nav_msgs/Odometry has it.
 using TwistCovariance = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
 class OdometryPublisher {
@@ -20,8 +22,9 @@ class OdometryPublisher {
   OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params);
 
   /// @param sample  stamped with the image it was made of; must have a pose
+  /// @param twist   all of the motion; speed and yaw rate are taken from the sample
   /// The pose's covariance is what the twist's variances have added up to.
-  void publish(const OdometrySample& sample, const TwistCovariance& covariance);
+  void publish(const OdometrySample& sample, const Twist& twist, const TwistCovariance& covariance);
 
   const ros::Publisher& publisher() const { return publisher_; }
 

@@ -1,11 +1,13 @@
 /// ratslam_pc: odom and LocalView/Template -> PoseCell/TopologicalAction and PoseCell/State by the pose cells
-/// (MODEL section 2), the two merged by stamp.
+/// (MODEL section 2), the two merged by stamp, and PoseCell/Activity to look at.
 #pragma once
 
 #include <optional>
 
 #include "ratslam/pipeline/pose_cell_stage.h"
+#include "ratslam/view/draw_activity.h"
 #include "ratslam_ros/ViewTemplate.h"
+#include "ratslam_ros/lazy_picture.h"
 #include "ratslam_ros/node_parameters.h"
 #include "ratslam_ros/odometry_subscriber.h"
 #include "ratslam_ros/start_gate.h"
@@ -28,11 +30,14 @@ class PoseCellNode {
   PoseCellStage stage_;
   ros::Publisher action_publisher_;
   ros::Publisher state_publisher_;
+  LazyPicture picture_;
+  ActivityTrail trail_;
   OdometrySubscriber odometry_;
   StreamWatch views_watch_;
   SyncTimeout odometry_timeout_;
   CountedWarning went_on_without_;
   CountedWarning time_went_back_;
+  CountedWarning died_out_;
   ros::Subscriber view_subscriber_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,11 +19,13 @@ namespace encodings = sensor_msgs::image_encodings;
 
 /// Encoding to convert to, empty for "as it is"; nothing where the encoding is not supported.
 std::optional<std::string> targetEncoding(const std::string& encoding) {
-  const std::array<std::string, 6> as_they_are{encodings::MONO8, encodings::MONO16, encodings::BGR8,
-                                               encodings::RGB8,  encodings::BGRA8,  encodings::RGBA8};
-  if (std::find(as_they_are.begin(), as_they_are.end(), encoding) != as_they_are.end()) return "";
-  if (encodings::isBayer(encoding))
-    return encodings::bitDepth(encoding) == 16 ? encodings::BGR16 : encodings::BGR8;
+  for (const char* mono : {"mono8", "mono16"}) {
+    if (encoding == mono) return "";
+  }
+  for (const char* colour : {"bgr8", "rgb8", "bgra8", "rgba8"}) {
+    if (encoding == colour) return encodings::BGR8;
+  }
+  if (encodings::isBayer(encoding)) return encodings::BGR8;
   return std::nullopt;
 }
 
@@ -63,6 +66,7 @@ cv::Mat decodeImage(const sensor_msgs::CompressedImageConstPtr& message) {
     throw BadImage("corrupt compressed image (format '" + message->format + "', " +
                    std::to_string(message->data.size()) + " bytes)");
   }
+  if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   return image;
 }
 

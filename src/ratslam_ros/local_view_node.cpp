@@ -1,5 +1,7 @@
 #include "ratslam_ros/local_view_node.h"
 
+#include "ratslam/view/composite.h"
+#include "ratslam/view/draw_local_view.h"
 #include "ratslam_ros/conversions.h"
 
 namespace ratslam {
@@ -9,6 +11,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       cells_(readParams<LocalViewParams>(parameters)),
       template_publisher_(handle.advertise<ratslam_ros::ViewTemplate>(
           topicName(params_.topic_root, "LocalView/Template"), 0)),
+      picture_(handle, topicName(params_.topic_root, "LocalView/View")),
       images_(handle, params_, topicName(params_.topic_root, "camera/image"),
               [this](const std_msgs::Header& header, const cv::Mat& image) { onImage(header, image); }) {
   gate_.emplace(handle, std::vector<ros::Publisher>{template_publisher_}, params_.wait_for_subscribers,
@@ -22,6 +25,10 @@ void LocalViewNode::onImage(const std_msgs::Header& header, const cv::Mat& image
   ratslam_ros::ViewTemplate message = viewToMessage(view);
   message.header.frame_id = header.frame_id;
   template_publisher_.publish(message);
+  picture_.publish(header, [&] {
+    return drawLocalView(image, view, cells_.viewImage(), cells_.templateImage(view.id),
+                         localViewPictureSize());
+  });
 }
 
 }  // namespace ratslam

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "ratslam/view/composite.h"
+#include "ratslam/view/draw_map.h"
 #include "ratslam_ros/conversions.h"
 #include "ratslam_ros/map_messages.h"
 #include "ratslam_ros/node_parameters.h"
@@ -11,7 +13,7 @@
 namespace ratslam {
 
 MapPublisher::MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bool with_scale)
-    : params_(params) {
+    : params_(params), picture_(handle, topicName(params.topic_root, "ExperienceMap/Picture")) {
   const auto topic = [&params](const char* name) { return topicName(params.topic_root, name); };
   const bool latched = true;
   map_ = handle.advertise<ratslam_ros::TopologicalMap>(topic("ExperienceMap/Map"), 1, latched);
@@ -68,6 +70,7 @@ void MapPublisher::publishMap(const ExperienceMap& map) {
   published_at_ = ros::WallTime::now();
   map_.publish(mapToMessage(map.graph(), header()));
   marker_.publish(markerToMessage(map.graph(), header(), params_.map_line_width));
+  picture_.publish(header(), [&map] { return drawMap(map.graph(), map.robotPose(), mapPictureSize()); });
 }
 
 void MapPublisher::publishPath(const ExperienceMap& map) {

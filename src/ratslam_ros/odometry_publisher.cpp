@@ -11,7 +11,8 @@ OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& 
     : params_(params),
       publisher_(handle.advertise<nav_msgs::Odometry>(topicName(params.topic_root, "odom"), 0)) {}
 
-void OdometryPublisher::publish(const OdometrySample& sample, const TwistCovariance& covariance) {
+void OdometryPublisher::publish(const OdometrySample& sample, const Twist& twist,
+                                const TwistCovariance& covariance) {
   const double dt = last_stamp_ ? std::max(0.0, secondsBetween(*last_stamp_, sample.stamp)) : 0.0;
   const bool moved_on = !last_stamp_ || sample.stamp != *last_stamp_;
   last_stamp_ = sample.stamp;
@@ -24,6 +25,10 @@ void OdometryPublisher::publish(const OdometrySample& sample, const TwistCovaria
   message.child_frame_id = params_.base_frame;
   message.pose.pose = poseToMessage(*sample.pose);
   message.twist.twist.linear.x = sample.speed;
+  message.twist.twist.linear.y = twist(1);
+  message.twist.twist.linear.z = twist(2);
+  message.twist.twist.angular.x = twist(3);
+  message.twist.twist.angular.y = twist(4);
   message.twist.twist.angular.z = sample.yaw_rate;
   TwistCovariance::Map(message.twist.covariance.data()) = covariance;
   TwistCovariance::Map(message.pose.covariance.data()) = pose_covariance_;

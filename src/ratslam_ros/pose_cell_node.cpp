@@ -1,5 +1,6 @@
 #include "ratslam_ros/pose_cell_node.h"
 
+#include "ratslam/view/composite.h"
 #include "ratslam_ros/conversions.h"
 
 namespace ratslam {
@@ -12,6 +13,7 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
           topicName(params_.topic_root, "PoseCell/TopologicalAction"), 0)),
       state_publisher_(
           handle.advertise<ratslam_ros::PoseCellState>(topicName(params_.topic_root, "PoseCell/State"), 0)),
+      picture_(handle, topicName(params_.topic_root, "PoseCell/Activity")),
       odometry_(handle, topicName(params_.topic_root, "odom"),
                 [this](const OdometrySample& sample) {
                   odometry_timeout_.messageArrived();
@@ -67,7 +69,16 @@ void PoseCellNode::publish(const std::vector<PoseCellDecision>& decisions) {
     state.relative_rad = action.relative_rad;
     state_publisher_.publish(state);
     if (decision.action.kind != ActionKind::kNone) action_publisher_.publish(action);
+    trail_.add(decision.estimate);
   }
+  while (died_out_.count() < stage_.cells().reseeds()) {
+    died_out_.report("all activity of the pose cells died: they start again at the last best estimate");
+  }
+  if (decisions.empty()) return;
+  std_msgs::Header header;
+  header.stamp = stampToRos(decisions.back().view.stamp);
+  picture_.publish(header,
+                   [this] { return drawActivity(stage_.cells().activity(), trail_, activityPictureSize()); });
 }
 
 }  // namespace ratslam

@@ -40,7 +40,7 @@ void ProfileOdometryNode::onImage(const std_msgs::Header& header, const cv::Mat&
   const double dt = last_stamp_ ? secondsBetween(*last_stamp_, stamp) : 0.0;
   const OdometrySample sample = odometry_.track(stamp, image);
   last_stamp_ = stamp;
-  publisher_.publish(sample, covariance(sample, image.cols, dt));
+  publisher_.publish(sample, Twist::Zero(), covariance(sample, image.cols, dt));
 }
 
 TwistCovariance ProfileOdometryNode::covariance(const OdometrySample& sample, int image_columns,

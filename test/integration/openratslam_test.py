@@ -41,13 +41,13 @@ class OpenRatSlam(unittest.TestCase):
         self.assertEqual(launch.count("FATAL"), 0, launch.output())
 
     def test_st_lucia(self):
-        self.check("stlucia.launch", "/stlucia", (640, 480), with_odometry=False)
+        self.check("openratslam_stlucia.launch", "/stlucia", (640, 480), with_odometry=False)
 
     def test_irat(self):
-        self.check("irataus.launch", "/irat_red", (416, 240), with_odometry=True)
+        self.check("openratslam_irataus.launch", "/irat_red", (416, 240), with_odometry=True)
 
     def test_oxford_new_college(self):
-        self.check("oxford_newcollege.launch", "/newcollege", (512, 128), with_odometry=True)
+        self.check("openratslam_newcollege.launch", "/newcollege", (512, 128), with_odometry=True)
 
 
 if __name__ == "__main__":

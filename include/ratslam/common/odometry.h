@@ -18,6 +18,15 @@ struct OdometrySample {
   std::optional<Eigen::Isometry3d> pose;
 };
 
+/// A sample as it is after a message has carried it, which rounds the pose's rotation to a quaternion. Whoever hands
+/// samples on without a message applies this, so that both ways give the same bits.
+inline OdometrySample asTransmitted(OdometrySample sample) {
+  if (sample.pose) {
+    sample.pose->linear() = Eigen::Quaterniond(sample.pose->linear()).normalized().toRotationMatrix();
+  }
+  return sample;
+}
+
 /// Motion over one stretch of time, in the axes of the robot *at the end* of it (the heading turns first,
 /// then the robot moves along it: MODEL's reference arithmetic). A planar odometry has left = up = 0.
 struct OdometryStep {

@@ -64,7 +64,7 @@ Pipeline::Progress Pipeline::addImage(Stamp stamp, const cv::Mat& image) {
   if (odometry_) {
     {
       const Stopwatch watch(times_.odometry);
-      progress.odometry.push_back(odometry_(stamp, image));
+      progress.odometry.push_back(asTransmitted(odometry_(stamp, image)));
     }
     feedOdometry(progress.odometry.back());
   }

@@ -209,7 +209,7 @@ TEST(SimdLevels, GiveTheSameBits) {
   PoseCellParams params = sized(19, 21);
   params.excitation_dim = 9;  // neither of the kernels' unrolled sizes
   for (const PoseCellParams& tested : {params, sized(30, 36), sized(3, 5)}) {
-    PoseCellNetwork portable(tested, SimdLevel::kPortable);
+    PoseCellNetwork portable(tested, SimdLevel::kScalar);
     std::vector<PoseCellNetwork> others;
     if (bestSimdLevel() >= SimdLevel::kAvx2) others.emplace_back(tested, SimdLevel::kAvx2);
     if (bestSimdLevel() >= SimdLevel::kAvx512) others.emplace_back(tested, SimdLevel::kAvx512);

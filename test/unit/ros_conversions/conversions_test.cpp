@@ -47,6 +47,18 @@ TEST(Odometry, PoseIsARigidTransformEvenFromASloppyQuaternion) {
   EXPECT_EQ(sample.pose->translation(), Eigen::Vector3d(1.0, 0.0, 3.0));
 }
 
+TEST(Odometry, WhatTheWireCarriesIsWhatTheOfflineRunnerUses) {
+  for (int i = 0; i < 200; ++i) {
+    OdometrySample sample;
+    const double a = 0.37 * i;
+    sample.pose = Eigen::Translation3d(std::sin(a), 1e3 * std::cos(a), a) *
+                  Eigen::Isometry3d(Eigen::AngleAxisd(a, Eigen::Vector3d(1.0, a, -0.3).normalized()));
+    nav_msgs::Odometry message;
+    message.pose.pose = poseToMessage(*sample.pose);
+    EXPECT_EQ(odometryFromMessage(message).pose->matrix(), asTransmitted(sample).pose->matrix()) << i;
+  }
+}
+
 TEST(Odometry, NotANumberIsLeftForTheTimelineToRefuse) {
   nav_msgs::Odometry message;
   message.pose.pose.orientation.w = std::numeric_limits<double>::quiet_NaN();

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <vector>
 
 namespace ratslam {
 namespace {
@@ -29,38 +30,45 @@ sensor_msgs::ImagePtr paddedImage(const std::string& encoding, unsigned bytes_pe
 struct EncodingCase {
   std::string encoding;
   unsigned bytes_per_pixel;
-  int type;
+  std::vector<unsigned>
+      blue_green_red;  ///< where they lie within a pixel; one entry: mono of that many bytes
 };
 
 class RawImages : public ::testing::TestWithParam<EncodingCase> {};
 
 TEST_P(RawImages, AreReadRowByRowWhateverTheStride) {
   const EncodingCase& expected = GetParam();
+  const bool mono = expected.blue_green_red.size() == 1;
   for (const unsigned padding : {0U, 3U * expected.bytes_per_pixel, 64U}) {
     const auto message = paddedImage(expected.encoding, expected.bytes_per_pixel, padding);
     const cv::Mat image = decodeImage(sensor_msgs::ImageConstPtr(message));
-    ASSERT_EQ(image.type(), expected.type);
+    ASSERT_EQ(image.type(), !mono ? CV_8UC3 : expected.bytes_per_pixel == 2 ? CV_16UC1 : CV_8UC1);
     ASSERT_EQ(image.size(), cv::Size(4, 4));
-    for (int row = 0; row < image.rows; ++row) {
-      EXPECT_EQ(std::memcmp(image.ptr(row), &message->data[static_cast<std::size_t>(row) * message->step],
-                            4 * expected.bytes_per_pixel),
-                0)
-          << "row " << row << ", padding " << padding;
+    for (unsigned row = 0; row < 4; ++row) {
+      for (unsigned column = 0; column < 4; ++column) {
+        const std::uint8_t* sent = &message->data[row * message->step + column * expected.bytes_per_pixel];
+        const std::uint8_t* pixel = image.ptr(static_cast<int>(row)) + column * image.elemSize();
+        for (std::size_t i = 0; i < image.elemSize(); ++i) {
+          EXPECT_EQ(pixel[i], sent[mono ? i : expected.blue_green_red[i]])
+              << row << ' ' << column << ' ' << padding;
+        }
+      }
     }
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Encodings, RawImages,
-                         ::testing::Values(EncodingCase{"mono8", 1, CV_8UC1},
-                                           EncodingCase{"mono16", 2, CV_16UC1},
-                                           EncodingCase{"bgr8", 3, CV_8UC3}, EncodingCase{"rgb8", 3, CV_8UC3},
-                                           EncodingCase{"bgra8", 4, CV_8UC4},
-                                           EncodingCase{"rgba8", 4, CV_8UC4}),
+                         ::testing::Values(EncodingCase{"mono8", 1, {0}}, EncodingCase{"mono16", 2, {0}},
+                                           EncodingCase{"bgr8", 3, {0, 1, 2}},
+                                           EncodingCase{"rgb8", 3, {2, 1, 0}},
+                                           EncodingCase{"bgra8", 4, {0, 1, 2}},
+                                           EncodingCase{"rgba8", 4, {2, 1, 0}}),
                          [](const auto& test) { return test.param.encoding; });
 
 TEST(RawImage, BayerMosaicBecomesColour) {
-  for (const char* encoding : {"bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"}) {
-    const cv::Mat image = decodeImage(sensor_msgs::ImageConstPtr(paddedImage(encoding, 1, 5)));
+  for (const char* encoding : {"bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8", "bayer_rggb16"}) {
+    const unsigned bytes = std::string(encoding) == "bayer_rggb16" ? 2 : 1;
+    const cv::Mat image = decodeImage(sensor_msgs::ImageConstPtr(paddedImage(encoding, bytes, 6)));
     EXPECT_EQ(image.type(), CV_8UC3) << encoding;
     EXPECT_EQ(image.size(), cv::Size(4, 4)) << encoding;
   }
@@ -124,6 +132,13 @@ TEST(CompressedImage, PngIsExactInEightAndSixteenBits) {
   const cv::Mat deep_back = decodeImage(sensor_msgs::CompressedImageConstPtr(compressed(".png", deep)));
   ASSERT_EQ(deep_back.type(), CV_16UC1);
   EXPECT_EQ(cv::norm(deep_back, deep, cv::NORM_INF), 0.0);
+}
+
+TEST(CompressedImage, AlphaIsLeftOut) {
+  const cv::Mat with_alpha(20, 30, CV_8UC4, cv::Scalar(10, 20, 30, 77));
+  const cv::Mat back = decodeImage(sensor_msgs::CompressedImageConstPtr(compressed(".png", with_alpha)));
+  ASSERT_EQ(back.type(), CV_8UC3);
+  EXPECT_EQ(back.at<cv::Vec3b>(5, 5), cv::Vec3b(10, 20, 30));
 }
 
 TEST(CompressedImage, JpegKeepsItsChannels) {

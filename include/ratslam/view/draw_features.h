@@ -1,0 +1,15 @@
+/// Picture of the ORB odometry at work: features of the image, and the landmarks it tracks.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "ratslam/orb_odometry/frame.h"
+
+namespace ratslam {
+
+/// Features as small dots, tracked landmarks as circles of the size of their pyramid level, where the image
+/// has them. @param image 8 or 16 bits, 1, 3 or 4 channels. @throws std::invalid_argument for an image of
+/// another kind
+cv::Mat drawFeatures(const cv::Mat& image, const Frame& frame, const CameraModel& camera);
+
+}  // namespace ratslam

@@ -1,0 +1,29 @@
+/// An image topic whose pictures are drawn only while somebody looks.
+#pragma once
+
+#include <cv_bridge/cv_bridge.h>
+#include <ros/node_handle.h>
+#include <sensor_msgs/Image.h>
+
+#include <string>
+
+namespace ratslam {
+
+class LazyPicture {
+ public:
+  LazyPicture(ros::NodeHandle& handle, const std::string& topic)
+      : publisher_(handle.advertise<sensor_msgs::Image>(topic, 1)) {}
+
+  bool wanted() const { return publisher_.getNumSubscribers() > 0; }
+
+  /// @param draw  gives an 8-bit BGR picture; called only where it is wanted
+  template <class Draw>
+  void publish(const std_msgs::Header& header, Draw&& draw) const {
+    if (wanted()) publisher_.publish(cv_bridge::CvImage(header, "bgr8", draw()).toImageMsg());
+  }
+
+ private:
+  ros::Publisher publisher_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,17 @@
+#include <ros/ros.h>
+
+#include "ratslam_ros/orb_odometry_node.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "ratslam_orb_vo");
+  ros::NodeHandle handle;  // both outlive the catch, else its message is lost
+  ros::NodeHandle private_handle("~");
+  try {
+    ratslam::OrbOdometryNode node(handle, ratslam::loadNodeParameters(argc, argv, private_handle));
+    ros::spin();
+  } catch (const std::exception& e) {
+    ROS_FATAL("%s", e.what());
+    return 1;
+  }
+  return 0;
+}
