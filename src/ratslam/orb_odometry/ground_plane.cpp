@@ -231,6 +231,8 @@ std::optional<RoadMeasurement> measureRoad(const CameraModel& camera, const Fram
     if (!(fit.plane.normal.y() > 0.5) || !std::isfinite(fit.plane.height)) return std::nullopt;
   }
   if (fit.correlation < params.min_correlation) return std::nullopt;
+  // Without motion towards the road nothing ties the height down, and the inverse below would be meaningless.
+  if (!(fit.hessian(0, 0) * params.max_sigma_log * params.max_sigma_log > 1.0)) return std::nullopt;
   RoadMeasurement measurement;
   measurement.plane = fit.plane;
   measurement.correlation = fit.correlation;
