@@ -20,7 +20,8 @@ bool somebodyPublishes(const std::string& topic) {
 MapNode::MapNode(ros::NodeHandle handle, const ParameterMap& parameters)
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
-      stage_(readParams<ExperienceMapParams>(parameters), false),
+      verifies_(readParams<RecallGeometryParams>(parameters).verifies()),
+      stage_(readParams<ExperienceMapParams>(parameters), verifies_),
       publisher_(handle_, params_, readParams<ExperienceMapParams>(parameters).exp_scale),
       odometry_(handle, topicName(params_.topic_root, "odom"),
                 [this](const OdometrySample& sample) {
@@ -59,6 +60,13 @@ void MapNode::subscribe() {
       decisions_watch_.topic(), 0, [this](const ratslam_ros::TopologicalActionConstPtr& message) {
         if (source_.takesAction()) onDecision(*message);
       }));
+  if (verifies_) {
+    subscribers_.push_back(handle_.subscribe<ratslam_ros::RecallGeometry>(
+        topic("LocalView/RecallGeometry"), 0, [this](const ratslam_ros::RecallGeometryConstPtr& message) {
+          stage_.addGeometry(geometryFromMessage(*message));
+          drain(true);
+        }));
+  }
   subscribers_.push_back(handle_.subscribe<geometry_msgs::PoseStamped>(
       topic("ExperienceMap/SetGoalPose"), 1,
       [this](const geometry_msgs::PoseStampedConstPtr& message) { onGoal(*message); }));
@@ -96,7 +104,8 @@ void MapNode::watch() {
   decisions_watch_.warnIfItNeverCame();
   publisher_.publishMapIfDue(stage_.map());
   if (!silence_.expired(stage_.waitingDecisions() > 0)) return;
-  went_on_without_.report(odometry_.watch().topic() + " is silent: decisions are processed without odometry");
+  went_on_without_.report(odometry_.watch().topic() + (verifies_ ? " or LocalView/RecallGeometry" : "") +
+                          " is silent: decisions are processed without it");
   drain(false);
 }
 

@@ -59,7 +59,7 @@ std::vector<Projection> projectionsOf(const ActivityGrid& activity) {
   cv::Mat heading_y = cv::Mat::zeros(n, layers, CV_64F);
   for (int layer = 0; layer < layers; ++layer) {
     for (int row = 0; row < n; ++row) {
-      const double* cells = activity.row(layer, row);
+      const double* cells = activity.data() + activity.offset(layer, row);
       for (int column = 0; column < n; ++column) {
         plane.at<double>(row, column) += cells[column];
         heading_x.at<double>(layer, column) += cells[column];
