@@ -37,7 +37,8 @@ struct RecallGeometry {
   std::uint32_t view_id = 0;     ///< template that was recalled
   double relative_rad = 0.0;     ///< heading now relative to the heading then [rad]
   double direction_rad = 0.0;    ///< direction of the offset (now minus then) in the axes of then [rad]
-  double distance = -1.0;        ///< length of the offset [m], negative where unknown
+  double distance = -1.0;        ///< length of the offset in the odometry's unit, negative where unknown
+  double sigma_distance = 0.0;   ///< standard deviation of distance
   double sigma_rotation = 0.05;  ///< standard deviation of relative_rad [rad]
   double sigma_direction = 0.1;  ///< standard deviation of direction_rad [rad]
   int inliers = 0;               ///< feature matches that agree with the geometry; 0: nothing was measured

@@ -32,7 +32,8 @@ struct Options {
 
 const char kUsage[] =
     "Usage: ratslam_run INPUT --config FILE --out DIR [options]\n"
-    "INPUT is a bag, a KITTI sequence folder (image_0/, times.txt, calib.txt) or an Android recorder's folder.\n"
+    "INPUT is a bag, a KITTI sequence folder (image_0/, times.txt, calib.txt) or an Android recorder's "
+    "folder.\n"
     "Example: ratslam_run kitti/sequences/00 --config config/kitti.yaml --out out/00 --set exp_loops=10\n";
 
 /// @return nullopt where the user only asked for help
@@ -43,9 +44,10 @@ std::optional<Options> parse(int argc, char** argv) {
   visible.add_options()("config", po::value(&options.config),
                         "YAML file, or an OpenRatSLAM .txt configuration");
   visible.add_options()("out", po::value(&options.out), "folder for the results");
-  visible.add_options()("odometry", po::value(&options.odometry)->default_value("profile"),
-                        "profile (intensity profiles), orb (ORB features), topic (of the bag) or a CSV file with the columns "
-                        "frame,stamp,linear_x,angular_z");
+  visible.add_options()(
+      "odometry", po::value(&options.odometry)->default_value("profile"),
+      "profile (intensity profiles), orb (ORB features), topic (of the bag) or a CSV file with the columns "
+      "frame,stamp,linear_x,angular_z");
   visible.add_options()("set", po::value(&options.assignments)->composing(),
                         "key=value, overrides the configuration");
   visible.add_options()("max-frames", po::value(&options.max_frames)->default_value(0),
@@ -85,20 +87,22 @@ int run(const Options& options) {
   RecordingOptions recording_options = options.recording;
   recording_options.with_odometry = options.odometry == "topic";
   std::unique_ptr<Recording> recording = openRecording(options.input, recording_options);
+  const auto camera = params.camera.model() ? params.camera.model() : cameraOf(*recording);
   OdometrySource source;
   if (options.odometry == "profile") {
     source = profileOdometry(params);
   } else if (options.odometry == "orb") {
-    const auto camera = params.camera.model() ? params.camera.model() : cameraOf(*recording);
     if (!camera) {
-      throw std::runtime_error(options.input + ": --odometry orb needs a calibration: calib.txt, camera_info in the " +
+      throw std::runtime_error(options.input +
+                               ": --odometry orb needs a calibration: calib.txt, camera_info in the " +
                                "bag, or camera_fx ... in the configuration");
     }
     source = orbOdometry(params, *camera);
   } else if (options.odometry != "topic") {
-    recording = std::make_unique<RecordingWithOdometry>(std::move(recording), readOdometryCsv(options.odometry));
+    recording =
+        std::make_unique<RecordingWithOdometry>(std::move(recording), readOdometryCsv(options.odometry));
   }
-  Pipeline pipeline(params, source);
+  Pipeline pipeline(params, source, camera);
   RunLog log(options.out);
   DecodeAhead items(*recording, options.decode_threads);
   std::size_t frames = 0;

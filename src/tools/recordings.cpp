@@ -17,11 +17,13 @@ std::unique_ptr<Recording> openRecording(const std::string& path, const Recordin
         path, BagTopics{options.image_topic, options.odometry_topic, options.with_odometry});
   }
   if (options.with_odometry) {
-    throw std::runtime_error(path + ": a folder has no odometry topic; give --odometry profile, orb or a CSV file");
+    throw std::runtime_error(path +
+                             ": a folder has no odometry topic; give --odometry profile, orb or a CSV file");
   }
   if (fs::is_directory(path + "/image_0")) return std::make_unique<KittiFolder>(path);
   if (RecorderFolder::recognises(path)) return std::make_unique<RecorderFolder>(path);
-  throw std::runtime_error(path + ": neither a KITTI sequence (image_0/, times.txt) nor a recorder's folder " +
+  throw std::runtime_error(path +
+                           ": neither a KITTI sequence (image_0/, times.txt) nor a recorder's folder " +
                            "(images/, data_image.txt)");
 }
 

@@ -155,6 +155,7 @@ class Network {
       for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
           const double activity = at(k, j, i);
+          if (activity == 0.0) continue;
           for (int b = 0; b < 2; ++b)
             for (int a = 0; a < 2; ++a) {
               const int x = wrapIndex(i + ix + a, n);
@@ -176,11 +177,15 @@ class Network {
     const double fraction = layers - whole;
     const int shift = wrapIndex(static_cast<int>(whole), m);
     std::vector<double> out(cells_.size(), 0.0);
-    for (int k = 0; k < m; ++k)
+    for (int k = 0; k < m; ++k) {
+      const double* from = &cells_[k * plane];
+      double* low = &out[wrapIndex(k + shift, m) * plane];
+      double* high = &out[wrapIndex(k + shift + 1, m) * plane];
       for (std::size_t c = 0; c < plane; ++c) {
-        out[wrapIndex(k + shift, m) * plane + c] += (1.0 - fraction) * cells_[k * plane + c];
-        out[wrapIndex(k + shift + 1, m) * plane + c] += fraction * cells_[k * plane + c];
+        low[c] += (1.0 - fraction) * from[c];
+        high[c] += fraction * from[c];
       }
+    }
     cells_ = out;
   }
 

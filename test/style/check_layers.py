@@ -25,6 +25,7 @@ ALLOWED = {
     "visual_odometry": COMMON | {"image", "visual_odometry"},
     "orb_odometry": COMMON | {"image", "orb_odometry"},
     "dataset": COMMON | {"dataset"},
+    "recall_geometry": COMMON | {"image", "recall_geometry"},
     "town": COMMON | {"town", "dataset"},
 }
 

@@ -34,7 +34,8 @@ class ExperienceMap {
   explicit ExperienceMap(const ExperienceMapParams& params);
 
   /// Sets the clock: the first odometry message, or the first after time has jumped. Time that passed on the
-  /// old clock stays counted, the jump is not.
+  /// old clock stays counted, the jump is not; how the robot got across it is unknown, so that the next
+  /// experience, new or recalled, is not linked to the one before.
   void start(Stamp stamp);
 
   /// Motion from the newest stamp up to `end`. Only the stamps measure time; step.dt is not used.

@@ -53,13 +53,14 @@ struct Motion {
   }
 };
 
-/// The pose reached from `a` by the motion `m`, at the scale of `a`.
+/// The pose reached from `a` by the motion `m`, at the scale of `a`. At scale 1 this is SE(2)'s to the last
+/// bit.
 inline MapPose compose(const MapPose& a, const RelativePose& m) {
-  const double c = std::cos(a.yaw);
-  const double s = std::sin(a.yaw);
   const double scale = a.scale();
-  return {a.x + scale * (c * m.x - s * m.y), a.y + scale * (s * m.x + c * m.y), a.z + scale * m.z,
-          wrapAngle(a.yaw + m.yaw), a.log_scale};
+  const double c = scale * std::cos(a.yaw);
+  const double s = scale * std::sin(a.yaw);
+  return {a.x + c * m.x - s * m.y, a.y + s * m.x + c * m.y, a.z + scale * m.z, wrapAngle(a.yaw + m.yaw),
+          a.log_scale};
 }
 
 /// The place of `b` seen from `a`, in the odometry's unit: compose(a, between(a, b)) is at `b`.

@@ -16,6 +16,7 @@ namespace ratslam {
 struct RobotPlace {
   std::uint32_t frame = 0;
   Motion motion;
+  bool lost = false;  ///< how it got from there to where it is was not measured
 };
 
 class MapSolver {

@@ -1,9 +1,9 @@
 /// Templates as 8-bit values, laid out for fast sums of absolute differences (SAD) with a view at many
 /// shifts.
 ///
-/// The bytes of a template go column by column, so that the columns which one shift compares are one run of
-/// bytes. Templates are kept in groups of 8 (sad_kernels.h) and groups in segments that never move: adding
-/// costs O(1).
+/// Templates are kept in groups of 8, their bytes interleaved (sad_kernels.h), and groups in segments that
+/// never move: adding costs O(1). The bytes of a group go column by column, so that the columns which one
+/// shift compares are one run of bytes; or row by row where a faster kernel wants that (sliding_sad.h).
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "ratslam/local_view/local_view_params.h"
-#include "ratslam/local_view/simd_level.h"
+#include "ratslam/common/simd_level.h"
 
 namespace ratslam {
 
@@ -39,7 +39,7 @@ class SadIndex {
   /// Lays a view out for the searches that follow.
   void setView(const std::vector<std::uint8_t>& bytes);
 
-  /// For each template of the groups [first, last), the smallest SAD over all shifts. The last group may be
+  /// For each template of the groups [first, last), its smallest SAD over all shifts. The last group may be
   /// partly empty: what it gives for templates that are not there means nothing.
   /// @param smallest 8 values a group.
   void smallestSads(std::size_t first, std::size_t last, std::uint32_t* smallest) const;
@@ -55,8 +55,10 @@ class SadIndex {
   };
   struct View;
 
+  void placeByColumns();
+  void placeByRows();
   std::size_t blockShift(std::size_t position) const;
-  std::uint8_t* chunkOf(std::size_t id, std::size_t chunk) const;
+  std::uint8_t* firstByteOf(std::size_t id) const;
 
   int rows_;
   int columns_;
@@ -64,8 +66,8 @@ class SadIndex {
   int step_;
   bool panoramic_;
   std::size_t compared_bytes_;
-  std::size_t template_bytes_;
-  std::size_t group_chunks_;
+  std::size_t group_chunks_ = 0;
+  std::vector<std::uint32_t> places_;  // of each byte of the first template in a group
   std::size_t size_ = 0;
   std::vector<std::unique_ptr<Chunk[]>> segments_;
   std::unique_ptr<View> view_;

@@ -14,9 +14,9 @@
 ///   packed
 ///      sums (packed_template.h), every sum of differences in the order row by row, column by column.
 ///
-/// Rounding to 8 bits moves a value by at most half a level: an 8-bit SAD over n values differs by at most n
-/// levels from 255 times the true sum. Hence winner, error, ties and decision are those of an exhaustive
-/// search in double.
+/// An 8-bit SAD differs from 255 times the true sum by no more than rounding moved the values of view and
+/// template, which is kept for each. Hence winner, error, ties and decision are those of an exhaustive search
+/// in double.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@
 #include "ratslam/local_view/local_view_params.h"
 #include "ratslam/local_view/packed_template.h"
 #include "ratslam/local_view/sad_index.h"
-#include "ratslam/local_view/simd_level.h"
+#include "ratslam/common/simd_level.h"
 #include "ratslam/local_view/view_template.h"
 
 namespace ratslam {
@@ -65,21 +65,24 @@ class TemplateMatcher {
 
  private:
   struct Candidate {
-    std::uint32_t sad = 0;
+    std::uint32_t sad = 0;       // of all values in 8 bits
+    std::uint32_t rounding = 0;  // how much the true one may differ
     std::uint32_t id = 0;
   };
 
   void checkSize(const ViewTemplate& view) const;
   std::optional<std::size_t> boundCoarsely(double view_mean);
-  void collectCandidates(std::size_t most_likely);
+  void collectCandidates(std::size_t most_likely, std::uint32_t view_rounding);
   void refine(const Candidate& candidate, const std::vector<double>& view,
               std::optional<TemplateMatch>& best) const;
+  std::vector<std::uint8_t> byRows(const std::vector<std::uint8_t>& by_column) const;
   double meanDifference(const std::vector<double>& view, const std::vector<double>& learned, int shift) const;
 
   LocalViewParams params_;
   SadIndex coarse_;  // means of columns
   SadIndex fine_;    // all values
   std::vector<double> means_;
+  std::vector<std::uint32_t> rounding_;  // sum of what rounding to 8 bits moved the values, in levels
   std::vector<PackedTemplate> packed_;
   // Buffers of a search.
   std::vector<std::uint32_t> coarse_sads_;

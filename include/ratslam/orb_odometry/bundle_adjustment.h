@@ -1,5 +1,5 @@
-/// Windowed bundle adjustment: Levenberg-Marquardt on poses and points with the points eliminated first (Schur
-/// complement); Triggs et al., Bundle Adjustment - A Modern Synthesis (2000).
+/// Windowed bundle adjustment: Levenberg-Marquardt on poses and points with the points eliminated first
+/// (Schur complement); Triggs et al., Bundle Adjustment - A Modern Synthesis (2000).
 ///
 ///   minimise   sum rho( |project(T_pose point) - pixel|^2 / sigma^2 )      rho: Huber's loss
 ///

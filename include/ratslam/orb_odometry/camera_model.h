@@ -33,8 +33,8 @@ struct CameraModel {
   /// @throws std::invalid_argument naming what is wrong.
   void validate() const;
 
-  /// Raw pixels to undistorted pixels. Points the lens model cannot have produced come back as near as Newton's
-  /// method gets; they are finite always.
+  /// Raw pixels to undistorted pixels. Points the lens model cannot have produced come back as near as
+  /// Newton's method gets; they are finite always.
   std::vector<Eigen::Vector2d> undistort(const std::vector<Eigen::Vector2d>& raw) const;
   Eigen::Vector2d undistort(const Eigen::Vector2d& raw) const;
   /// The inverse of undistort.

@@ -1,10 +1,10 @@
-/// ORB features, spread over the image: Rublee et al., ORB: an efficient alternative to SIFT or SURF (ICCV 2011),
-/// with FAST corners (Rosten and Drummond 2006) at each level of an image pyramid.
+/// ORB features, spread over the image: Rublee et al., ORB: an efficient alternative to SIFT or SURF (ICCV
+/// 2011), with FAST corners (Rosten and Drummond 2006) at each level of an image pyramid.
 ///
 /// Steps at each level: FAST with a low threshold; in each cell of a grid the corners that also pass the high
-/// threshold come first, and the weak ones are used where a cell has no strong one; every cell gives its strongest
-/// corner, then its second, and so on, until the level's share of the features is reached; orientation by
-/// the intensity centroid; steered BRIEF descriptor on the smoothed level.
+/// threshold come first, and the weak ones are used where a cell has no strong one; every cell gives its
+/// strongest corner, then its second, and so on, until the level's share of the features is reached;
+/// orientation by the intensity centroid; steered BRIEF descriptor on the smoothed level.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,7 +35,8 @@ class FeatureExtractor {
  public:
   explicit FeatureExtractor(const ExtractorParams& params);
 
-  /// Features of an image, `pixel` left equal to `raw`. @param descriptors [out] one row of 32 bytes a feature.
+  /// Features of an image, `pixel` left equal to `raw`. @param descriptors [out] one row of 32 bytes a
+  /// feature.
   std::vector<Feature> extract(const ImagePyramid& pyramid, cv::Mat& descriptors) const;
 
  private:

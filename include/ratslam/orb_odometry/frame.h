@@ -1,5 +1,5 @@
-/// One image as the odometry sees it: pyramid, features with descriptors, a grid to look features up by place, its
-/// pose, and which landmarks it observes where.
+/// One image as the odometry sees it: pyramid, features with descriptors, a grid to look features up by
+/// place, its pose, and which landmarks it observes where.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,8 @@ class PointGrid {
   PointGrid() = default;
   PointGrid(const std::vector<Feature>& features, double cell_size);
 
-  /// Calls visit(index) for each feature in the cells that a square around `centre` touches, in a fixed order.
+  /// Calls visit(index) for each feature in the cells that a square around `centre` touches, in a fixed
+  /// order.
   template <class Visit>
   void forEachNear(const Eigen::Vector2d& centre, double radius, Visit&& visit) const {
     const int left = clampColumn(centre.x() - radius);
@@ -71,7 +72,7 @@ struct Frame {
 };
 
 /// A frame without pose and observations. @param grey 8-bit, one channel, of the camera's size.
-Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera, const FeatureExtractor& extractor,
-                const ExtractorParams& params);
+Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
+                const FeatureExtractor& extractor, const ExtractorParams& params);
 
 }  // namespace ratslam

@@ -1,8 +1,8 @@
 /// Pose of a new frame against the local map.
 ///
-/// Steps: the landmarks of the last frame are searched by descriptor around where a predicted pose puts them, in a
-/// window that grows until enough are found; the pose is refined; then every landmark in view is aligned to a
-/// fraction of a pixel, and the pose is refined again on those.
+/// Steps: the landmarks of the last frame are searched by descriptor around where a predicted pose puts them,
+/// in a window that grows until enough are found; the pose is refined; then every landmark in view is aligned
+/// to a fraction of a pixel, and the pose is refined again on those.
 #pragma once
 
 #include <vector>
@@ -23,13 +23,14 @@ struct TrackingOutcome {
   int in_view = 0;  ///< landmarks that the pose predicts in the image
 };
 
-/// On success sets the frame's pose and observations (inliers only) and counts landmarks as visible and found.
+/// On success sets the frame's pose and observations (inliers only) and counts landmarks as visible and
+/// found.
 /// @param last observations of the frame before.
 TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::vector<Observation>& last,
                            const RigidTransform& predicted, Frame& frame, const TrackingParams& params);
 
 /// The second half of trackFrame by itself: from a pose that is right to a few pixels.
-TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose, Frame& frame,
-                              const TrackingParams& params);
+TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose,
+                              Frame& frame, const TrackingParams& params);
 
 }  // namespace ratslam

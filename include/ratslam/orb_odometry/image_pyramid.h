@@ -1,7 +1,8 @@
 /// Image pyramid: the same grey image at ever coarser scales.
 ///
-/// Level l has 1/factor^l of the size of level 0, rounded to whole pixels. Coordinates at a level are mapped with
-/// pixel centres at whole numbers, so that a point keeps its place to a fraction of a pixel at each level.
+/// Level l has 1/factor^l of the size of level 0, rounded to whole pixels. Coordinates at a level are mapped
+/// with pixel centres at whole numbers, so that a point keeps its place to a fraction of a pixel at each
+/// level.
 #pragma once
 
 #include <Eigen/Core>

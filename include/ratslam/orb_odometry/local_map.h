@@ -1,5 +1,6 @@
-/// The local map: the last keyframes and the landmarks that they see. It is bounded: the oldest keyframe goes when
-/// a new one exceeds the window, and a landmark goes with its last observations. Nothing here closes loops.
+/// The local map: the last keyframes and the landmarks that they see. It is bounded: the oldest keyframe goes
+/// when a new one exceeds the window, and a landmark goes with its last observations. Nothing here closes
+/// loops.
 #pragma once
 
 #include <array>
@@ -21,15 +22,15 @@ struct LandmarkObservation {
   KeyframeId keyframe = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< undistorted
   double sigma = 1.0;                               ///< relative to level 0
-  int strikes = 0;                                  ///< how often in a row the bundle adjustment found it wrong
+  int strikes = 0;  ///< how often in a row the bundle adjustment found it wrong
 };
 
 struct Landmark {
   LandmarkId id = kNoLandmark;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world
   Descriptor descriptor{};
-  std::vector<LandmarkObservation> observations;       ///< keyframes ascending
-  KeyframeId reference = 0;                            ///< keyframe whose image shows what the landmark looks like
+  std::vector<LandmarkObservation> observations;  ///< keyframes ascending
+  KeyframeId reference = 0;                       ///< keyframe whose image shows what the landmark looks like
   Eigen::Vector2d reference_raw = Eigen::Vector2d::Zero();
   int reference_level = 0;
   KeyframeId created = 0;
@@ -85,7 +86,7 @@ class LocalMap {
   int max_keyframes_;
   KeyframeId next_keyframe_ = 0;
   LandmarkId next_landmark_ = 0;
-  std::deque<Keyframe> keyframes_;  // ids without gaps
+  std::deque<Keyframe> keyframes_;   // ids without gaps
   std::vector<Landmark> landmarks_;  // ids ascending
   std::unordered_map<LandmarkId, std::size_t> index_;
 };

@@ -1,5 +1,5 @@
-/// The start of a map: waits until the camera has moved enough since a reference frame, then makes the first two
-/// keyframes and the landmarks between them.
+/// The start of a map: waits until the camera has moved enough since a reference frame, then makes the first
+/// two keyframes and the landmarks between them.
 ///
 /// The reference stays while its matches last, so that a standing or crawling camera gathers parallax.
 #pragma once
@@ -30,8 +30,10 @@ class MapInitialiser {
   void reset() { reference_.reset(); }
 
  private:
-  std::optional<InitialMap> makeMap(const std::shared_ptr<Frame>& frame, const std::vector<std::pair<int, int>>& pairs,
-                                    const std::vector<Eigen::Vector2d>& second, const TwoViewMotion& motion) const;
+  std::optional<InitialMap> makeMap(const std::shared_ptr<Frame>& frame,
+                                    const std::vector<std::pair<int, int>>& pairs,
+                                    const std::vector<Eigen::Vector2d>& second,
+                                    const TwoViewMotion& motion) const;
 
   CameraModel camera_;
   TwoViewParams params_;

@@ -1,18 +1,19 @@
 /// Monocular visual odometry on ORB features: the self-motion sense of the system.
 ///
 /// Steps for each image: extract features; predict the pose from the last velocity; track the local map
-/// (frame_tracker.h); take a keyframe if the camera has moved; triangulate new landmarks; adjust the newest window;
-/// correct the scale by the road plane (ground_plane.h). No loop is ever closed here: RatSLAM does that.
+/// (frame_tracker.h); take a keyframe if the camera has moved; triangulate new landmarks; adjust the newest
+/// window; correct the scale by the road plane (ground_plane.h). No loop is ever closed here: RatSLAM does
+/// that.
 ///
-/// States: initialising -> tracking; tracking -> lost (coasting on the last velocity for at most coast_time) ->
-/// relocalising (against the kept keyframes) -> tracking, or a fresh start that carries pose and scale on.
+/// States: initialising -> tracking; tracking -> lost (coasting on the last velocity for at most coast_time)
+/// -> relocalising (against the kept keyframes) -> tracking, or a fresh start that carries pose and scale on.
 ///
-/// Every image gives a result that depends on the images so far only. While a map is being started nothing is known
-/// of the motion: speed and yaw rate are zero, and the first tracked frame carries the whole motion since the map's
-/// first frame in one step, so that pose and summed steps agree.
+/// Every image gives a result that depends on the images so far only. While a map is being started nothing is
+/// known of the motion: speed and yaw rate are zero, and the first tracked frame carries the whole motion
+/// since the map's first frame in one step, so that pose and summed steps agree.
 ///
-/// Frames: base_link (x forward, y left, z up) lies in the camera's centre, level when the camera is pitched by
-/// camera_pitch_deg; the odometry frame is base_link at the first image.
+/// Frames: base_link (x forward, y left, z up) lies in the camera's centre, level when the camera is pitched
+/// by camera_pitch_deg; the odometry frame is base_link at the first image.
 #pragma once
 
 #include <cstdint>
@@ -28,15 +29,16 @@
 #include "ratslam/orb_odometry/local_map.h"
 #include "ratslam/orb_odometry/map_initialiser.h"
 #include "ratslam/orb_odometry/orb_params.h"
+#include "ratslam/orb_odometry/scale_keeper.h"
 
 namespace ratslam {
 
 enum class OrbState { kInitialising, kTracking, kLost, kRelocalising };
 
 struct OrbResult {
-  OdometrySample sample;                      ///< with pose; the twist holds since the frame before
-  Vector6 twist = Vector6::Zero();            ///< base_link: linear [m/s], angular [rad/s]
-  Matrix6 covariance = Matrix6::Zero();       ///< of the twist, in its order and units
+  OdometrySample sample;                 ///< with pose; the twist holds since the frame before
+  Vector6 twist = Vector6::Zero();       ///< base_link: linear [m/s], angular [rad/s]
+  Matrix6 covariance = Matrix6::Zero();  ///< of the twist, in its order and units
   OrbState state = OrbState::kInitialising;
   int tracked_points = 0;  ///< landmarks that the pose rests on
   int keyframes = 0;       ///< in the local map
@@ -51,10 +53,11 @@ class OrbOdometry {
   /// @throws std::invalid_argument for a camera or parameters that cannot be.
   OrbOdometry(const CameraModel& camera, const OrbOdometryParams& params);
 
-  /// The next image. A stamp that is not later than the last one's is ignored and counted, and the last result is
-  /// given again with zero motion.
+  /// The next image. A stamp that is not later than the last one's is ignored and counted, and the last
+  /// result is given again with zero motion.
   /// @param image 8-bit, one channel (grey) or three (BGR).
-  /// @throws std::invalid_argument for another type or a size that is not the camera's; the state is unchanged.
+  /// @throws std::invalid_argument for another type or a size that is not the camera's; the state is
+  /// unchanged.
   OrbResult track(Stamp stamp, const cv::Mat& image);
 
   std::int64_t ignoredFrames() const { return ignored_frames_; }
@@ -63,6 +66,8 @@ class OrbOdometry {
   const Frame* frame() const { return frame_.get(); }
   /// The local map; nothing while there is none.
   const LocalMap* map() const { return map_ ? &*map_ : nullptr; }
+  /// What is known of the road plane and the unit of length.
+  const ScaleKeeper& scale() const { return scale_keeper_; }
   /// Landmarks of the local map in the odometry frame [m], for display.
   std::vector<Eigen::Vector3d> landmarkPositions() const;
 
@@ -70,10 +75,13 @@ class OrbOdometry {
   cv::Mat checkedGrey(const cv::Mat& image) const;
   void startMap(OrbResult& result, double dt);
   void trackMap(OrbResult& result, double dt);
-  void trackingLost(OrbResult& result, double dt);
+  void trackingLost(OrbResult& result, const RigidTransform& predicted, double dt);
   void beginFreshStart();
   bool wantsKeyframe() const;
+  bool standsStill() const;
   void takeKeyframe();
+  void rescale(double factor);
+  double scaleOfNewMap(double elapsed);
   void setMotion(OrbResult& result, const RigidTransform& previous, double dt, const Matrix6& covariance);
   void rememberPose();
   RigidTransform lastPose() const;
@@ -86,19 +94,21 @@ class OrbOdometry {
   TrackingParams tracking_params_;
   MapInitialiser initialiser_;
   Eigen::Quaterniond base_from_camera_;
+  ScaleKeeper scale_keeper_;
 
   OrbState state_ = OrbState::kInitialising;
   std::optional<LocalMap> map_;
   std::shared_ptr<Frame> frame_;
   std::optional<OrbResult> last_result_;
-  RigidTransform T_odom_world_;          // where the present map's world lies in the first one's
-  RigidTransform T_reference_;           // of the last frame from the keyframe it is expressed through
+  RigidTransform T_odom_world_;  // where the present map's world lies in the first one's
+  RigidTransform T_reference_;   // of the last frame from the keyframe it is expressed through
   KeyframeId reference_ = 0;
-  Vector6 velocity_ = Vector6::Zero();   // left increment of the camera's pose per second
+  Vector6 velocity_ = Vector6::Zero();         // left increment of the camera's pose per second
   Matrix6 last_covariance_ = Matrix6::Zero();  // of the last tracked pose
-  double coasted_ = 0.0;                 // [s] since tracking was lost
-  std::optional<double> carried_speed_;  // [units/s] that a fresh start takes its scale from
-  int keyframe_points_ = 0;              // tracked when the last keyframe was taken
+  double lost_for_ = 0.0;                      // [s] since tracking was lost
+  std::vector<Observation> still_reference_;   // of the last frame that moved
+  std::optional<double> carried_speed_;        // [units/s] that a fresh start takes its scale from
+  int keyframe_points_ = 0;                    // tracked when the last keyframe was taken
   std::int64_t ignored_frames_ = 0;
   std::int64_t restarts_ = 0;
 };

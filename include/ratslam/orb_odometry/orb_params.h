@@ -26,6 +26,7 @@ struct OrbOdometryParams {
   double outlier_gate = 12.0;
   int min_tracked = 25;
   double coast_time = 0.5;
+  double relocalisation_time = 0.5;
   int relocalisation_inliers = 50;
 
   template <class Visitor>
@@ -39,7 +40,8 @@ struct OrbOdometryParams {
     visit("camera_height", camera_height, Bounds{0.0, 100.0}, "camera above the road [m]; 0 = unknown");
     visit("orb_ground_plane", ground_plane, Bounds{},
           "hold the scale by the road plane; without camera_height it holds the scale of the start");
-    visit("camera_pitch_deg", camera_pitch_deg, Bounds{-60.0, 60.0}, "camera looking down by this much [deg]");
+    visit("camera_pitch_deg", camera_pitch_deg, Bounds{-60.0, 60.0},
+          "camera looking down by this much [deg]");
     visit("nominal_speed", nominal_speed, Bounds{0.0, 1000.0},
           "speed assumed while the map starts, where camera_height is unknown [m/s]; 0 = median depth is 1");
     visit("orb_window_keyframes", window_keyframes, Bounds{2, 50}, "keyframes refined together");
@@ -48,12 +50,15 @@ struct OrbOdometryParams {
     visit("orb_keyframe_baseline", keyframe_baseline, Bounds{0.0, 1.0},
           "a keyframe is taken after moving by this share of the median depth");
     visit("orb_new_landmarks", new_landmarks, Bounds{10, 5000}, "most landmarks added by a keyframe");
-    visit("orb_init_parallax_deg", init_parallax_deg, Bounds{0.1, 20.0}, "parallax needed to start a map [deg]");
+    visit("orb_init_parallax_deg", init_parallax_deg, Bounds{0.1, 20.0},
+          "parallax needed to start a map [deg]");
     visit("orb_init_points", init_points, Bounds{20, 5000}, "points needed to start a map");
     visit("orb_min_parallax_deg", min_parallax_deg, Bounds{0.1, 20.0}, "parallax of a new landmark [deg]");
     visit("orb_outlier_gate", outlier_gate, Bounds{4.0, 50.0}, "squared error of an outlier [sigma^2]");
     visit("orb_min_tracked", min_tracked, Bounds{6, 1000}, "landmarks without which tracking is lost");
     visit("orb_coast_time", coast_time, Bounds{0.0, 10.0}, "longest coasting on the last velocity [s]");
+    visit("orb_relocalisation_time", relocalisation_time, Bounds{0.0, 60.0},
+          "longest search for the map after coasting, before a fresh start [s]");
     visit("orb_relocalisation_inliers", relocalisation_inliers, Bounds{10, 1000},
           "landmarks needed to find back into the map");
   }

@@ -2,9 +2,10 @@
 ///
 ///   minimise over T   sum_i rho( |pixel_i - project(T point_i)|^2 / (sigma_i s)^2 )
 ///
-/// rho is Huber's; s, the scale of the errors, is estimated from their median absolute deviation before each round
-/// (Hartley and Zisserman, Multiple View Geometry, A6.8), because a fixed gate at an assumed noise biases the scale
-/// of a monocular path. Observations beyond the gate keep out of the round, and may come back in the next.
+/// rho is Huber's; s, the scale of the errors, is estimated from their median absolute deviation before each
+/// round (Hartley and Zisserman, Multiple View Geometry, A6.8), because a fixed gate at an assumed noise
+/// biases the scale of a monocular path. Observations beyond the gate keep out of the round, and may come
+/// back in the next.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +25,7 @@ struct PoseObservation {
 struct RobustLoss {
   double huber = 2.0;      ///< where the loss turns from quadratic to linear [sigma]
   double gate = 12.0;      ///< squared error beyond which an observation counts as wrong [sigma^2]
-  double min_sigma = 0.1;  ///< noise is never believed to be less [px]
+  double min_sigma = 0.2;  ///< noise is never believed to be less [px]
 };
 
 struct PoseEstimate {

@@ -2,9 +2,9 @@
 ///
 /// Steps for each feature that no landmark explains: search its epipolar line in a neighbour by descriptor;
 /// triangulate; sharpen the match by aligning the feature's patch, warped by the depth just found; look for
-/// the same patch in the other neighbours, where the point now projects; triangulate from all views; accept if the
-/// rays meet at a large enough angle and every reprojection error is small.
-/// Hartley and Zisserman, Multiple View Geometry, ch. 12.
+/// the same patch in the other neighbours, where the point now projects; triangulate from all views; accept
+/// if the rays meet at a large enough angle and every reprojection error is small. Hartley and Zisserman,
+/// Multiple View Geometry, ch. 12.
 #pragma once
 
 #include <optional>
@@ -16,12 +16,13 @@
 namespace ratslam {
 
 struct TriangulationParams {
-  double min_parallax_deg = 1.0;   ///< between the two rays that are farthest apart
-  double max_error = 1.5;          ///< reprojection error, times the level's scale [px]
-  double max_epipolar_error = 2.5; ///< before the match is sharpened, times the level's scale [px]
-  double spacing = 9.0;            ///< no new landmark nearer than this to an old one [px]
-  int neighbours = 5;              ///< keyframes searched
-  int max_new = 300;               ///< landmarks a keyframe
+  double min_parallax_deg = 1.0;    ///< between the two rays that are farthest apart
+  double max_error = 1.5;           ///< reprojection error, times the level's scale [px]
+  double max_epipolar_error = 2.5;  ///< before the match is sharpened, times the level's scale [px]
+  double spacing = 9.0;             ///< no new landmark nearer than this to an old one [px]
+  int neighbours = 5;               ///< keyframes that a new landmark is looked for in
+  int searched = 3;                 ///< the newest of them, whose features are searched for a first match
+  int max_new = 300;                ///< landmarks a keyframe
 };
 
 struct View {

@@ -44,12 +44,21 @@ class MapStage {
 
  private:
   void process(const TopologicalAction& action);
+  std::optional<RecallGeometry> takeGeometry(Stamp stamp);
+  std::optional<Eigen::Vector3d> odometryAt(Stamp stamp) const;
 
   ExperienceMap map_;
   bool wait_for_geometry_;
   EventGate<TopologicalAction> gate_;
   std::map<Stamp, RecallGeometry> geometry_;
   bool started_ = false;
+  /// Dead reckoning at each stamp, in the odometry's unit, for the ways that recall geometry compares with.
+  struct Waypoint {
+    Stamp stamp = 0;
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  };
+  std::vector<Waypoint> way_;
+  double way_yaw_ = 0.0;
 };
 
 }  // namespace ratslam

@@ -9,7 +9,9 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -20,6 +22,7 @@
 #include "ratslam/orb_odometry/orb_params.h"
 #include "ratslam/pipeline/map_stage.h"
 #include "ratslam/pipeline/pose_cell_stage.h"
+#include "ratslam/pipeline/recall_check.h"
 #include "ratslam/visual_odometry/profile_odometry.h"
 
 namespace ratslam {
@@ -32,6 +35,7 @@ struct PipelineParams {
   ProfileOdometryParams profile_odometry;
   OrbOdometryParams orb_odometry;
   CameraParams camera;
+  RecallGeometryParams recall_geometry;
 
   /// @throws std::invalid_argument for a bad value, naming key, value, what would be right and the origin
   static PipelineParams fromMap(const ParameterMap& map);
@@ -46,6 +50,7 @@ struct PipelineParams {
     profile_odometry.visitFields(visit);
     orb_odometry.visitFields(visit);
     camera.visitFields(visit);
+    recall_geometry.visitFields(visit);
   }
 };
 
@@ -76,8 +81,10 @@ class Pipeline {
   };
 
   /// @param odometry  makes odometry of images; none where it comes from outside through `addOdometry`
-  /// @throws std::invalid_argument for bad parameters
-  Pipeline(const PipelineParams& params, OdometrySource odometry);
+  /// @param camera    needed where image geometry verifies recalls (vt_verify)
+  /// @throws std::invalid_argument for bad parameters, or vt_verify without a camera
+  Pipeline(const PipelineParams& params, OdometrySource odometry,
+           const std::optional<CameraModel>& camera = std::nullopt);
 
   /// @throws std::invalid_argument where the image does not suit the parameters or the images before it
   Progress addImage(Stamp stamp, const cv::Mat& image);
@@ -91,11 +98,13 @@ class Pipeline {
   std::size_t droppedOdometry() const { return dropped_odometry_; }
 
  private:
+  ViewEvent observe(Stamp stamp, const cv::Mat& image);
   void feedOdometry(const OdometrySample& sample);
   void drain(Progress& progress);
 
   OdometrySource odometry_;
   LocalViewCells local_view_;
+  std::unique_ptr<RecallCheck> recall_check_;  ///< where vt_verify asks for it
   PoseCellStage pose_cells_;
   MapStage map_;
   ModuleTimes times_;

@@ -28,12 +28,12 @@ using Box = std::array<Span, 3>;
 /// Ring sizes along columns, rows, layers.
 using RingSizes = std::array<int, 3>;
 
-/// A span widened by `margin` on both sides; the whole ring where it would meet itself.
-Span widened(const Span& span, int margin, int size);
+/// Adds a box to a list, merged with those that have fewer than `margin` free cells between them and it along
+/// every axis (margin 0: that overlap it), as the box around them, until there are none.
+void mergeInto(std::vector<Box>& boxes, Box box, const RingSizes& sizes, int margin);
 
-/// Replaces boxes that have fewer than `margin` free cells between them along every axis by the box around
-/// them, until there are none (margin 0: boxes that overlap).
-void coalesce(std::vector<Box>& boxes, const RingSizes& sizes, int margin);
+/// The boxes, merged until all are apart by `margin`.
+std::vector<Box> coalesced(const std::vector<Box>& boxes, const RingSizes& sizes, int margin);
 
 /// The runs of positive values, parted where `min_gap` or more are not. On a ring that has no such gap the
 /// one span is the whole ring, and a run may pass its end.

@@ -7,16 +7,9 @@
 
 #include <cstddef>
 
+#include "ratslam/common/simd_level.h"
+
 namespace ratslam {
-
-enum class SimdLevel {
-  kPortable,  ///< what every machine of the architecture has: SSE2, NEON
-  kAvx2,
-  kAvx512
-};
-
-/// The widest level that this machine has.
-SimdLevel bestSimdLevel();
 
 constexpr int kRowQuantum = 8;  ///< cells; the widest register holds as many doubles
 
@@ -79,6 +72,7 @@ struct RowKernels {
   double (*maximum)(const double* in, std::ptrdiff_t count);
 };
 
+/// Those of AVX2 and AVX-512, and for every other level what all machines of the architecture have.
 /// @pre the machine has the level.
 const RowKernels& rowKernels(SimdLevel level);
 

@@ -21,6 +21,8 @@ struct RecallGeometryParams {
           "feature matches that must agree for a recall to be confirmed");
     visit("vt_verify_max_templates", max_templates, Bounds{1, 1e6}, "templates kept with their features");
   }
+  bool verifies() const { return verify != "none"; }
+
   /// @throws std::invalid_argument naming key, value and requirement
   void validate() const;
 };

@@ -31,6 +31,7 @@ struct ScreenTriangle {
   std::array<Edge, 4> edges;  ///< a triangle clipped at the near plane has up to four sides
   int edge_count = 0;
   int x_first = 0, x_last = 0, y_first = 0, y_last = 0;  ///< pixels it may touch, within the image
+  float nearest = 0.0F;                                  ///< largest 1/depth of the outline [1/m]
   LinearField inverse_depth;                             ///< 1/depth [1/m]
   LinearField u, v, light;                               ///< the attribute divided by depth
   std::uint16_t texture = 0;

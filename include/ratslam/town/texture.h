@@ -24,17 +24,24 @@ class Texture {
   /// Filtered value in [0,255] at (u, v) [repeats]; lod 0 is full resolution, each level halves it.
   /// |u| and |v| times the size must stay below 2^23: positions count in 1/256 texel.
   float sample(float u, float v, float lod) const {
-    const auto size = static_cast<float>(size_);
-    const int x = static_cast<int>(u * (256.0F * size));
-    const int y = static_cast<int>(v * (256.0F * size));
-    if (!(lod > 0.0F)) return static_cast<float>(bilinear(x, y, 0)) * kUnit;
+    if (!(lod > 0.0F)) return sampleLevel(u, v, 0);
     const float limit = maxLod();
     if (lod >= limit) return static_cast<float>(texels_.back());
     const int level = static_cast<int>(lod);
+    const auto size = static_cast<float>(size_);
+    const int x = static_cast<int>(u * (256.0F * size));
+    const int y = static_cast<int>(v * (256.0F * size));
     const int share = static_cast<int>((lod - static_cast<float>(level)) * 256.0F);
     const int fine = bilinear(x >> level, y >> level, level);
     const int coarse = bilinear(x >> (level + 1), y >> (level + 1), level + 1);
     return static_cast<float>(fine + share * ((coarse - fine) >> 8)) * kUnit;
+  }
+  /// Bilinear value in one level, which must be at most maxLod().
+  float sampleLevel(float u, float v, int level) const {
+    const auto size = static_cast<float>(size_ >> level);
+    return static_cast<float>(bilinear(static_cast<int>(u * (256.0F * size)),
+                                       static_cast<int>(v * (256.0F * size)), level)) *
+           kUnit;
   }
 
  private:

@@ -37,6 +37,7 @@ ExperienceMap::ExperienceMap(const ExperienceMapParams& params)
 
 void ExperienceMap::start(Stamp stamp) {
   current_since_ = clock_ ? stamp - (*clock_ - current_since_) : stamp;
+  robot_.lost = current_.has_value();
   clock_ = stamp;
   record();
 }
@@ -129,10 +130,10 @@ void ExperienceMap::checkAction(const TopologicalAction& action, const RecallGeo
 void ExperienceMap::create(const RecallGeometry* geometry) {
   const MapPose pose = robotPose();
   const std::uint32_t id = graph_.addExperience(pose);
-  if (current_) {
-    graph_.addLink(measuredLink(id, 0.0));
-  } else {
+  if (!current_) {
     trajectory_.rebase(origin_, pose);
+  } else if (!robot_.lost) {
+    graph_.addLink(measuredLink(id, 0.0));
   }
   robot_ = solver_->create(graph_, robot_, geometry);
   current_ = id;
@@ -140,7 +141,7 @@ void ExperienceMap::create(const RecallGeometry* geometry) {
 
 void ExperienceMap::recall(const TopologicalAction& action, const RecallGeometry* geometry) {
   const std::uint32_t id = action.dest_id;
-  if (action.kind == ActionKind::kCreateEdge && !graph_.linked(*current_, id)) {
+  if (action.kind == ActionKind::kCreateEdge && !robot_.lost && !graph_.linked(*current_, id)) {
     Link link = measuredLink(id, action.relative_rad);
     link.recall = true;
     graph_.addLink(link);

@@ -26,6 +26,12 @@ constexpr double kShortestStretch = 0.01;
 /// error.
 constexpr double kLateralShare = 0.1;
 
+/// How little is known of a way that nobody measured: place [exp_recall_sigma], facing [rad], log-scale. Just enough
+/// to hold what lies beyond it until a recall says where it is.
+constexpr double kLostPlace = 1000.0;
+constexpr double kLostFacing = 10.0;
+constexpr double kLostScale = 1.0;
+
 }  // namespace
 
 PoseGraphMap::PoseGraphMap(const ExperienceMapParams& params)
@@ -79,6 +85,12 @@ std::uint32_t PoseGraphMap::extendChain(const RobotPlace& robot) {
   chain.z_weight = 1.0 / (params_.exp_odometry_sigma * place * stretches);
   chain.yaw_weight = 1.0 / (params_.exp_rotation_sigma * stretches);
   chain.scale_weight = 1.0 / (params_.exp_scale_sigma * stretches);
+  if (robot.lost) {
+    chain.xy_weight = Eigen::Matrix2d::Identity() / (kLostPlace * place);
+    chain.z_weight = 1.0 / (kLostPlace * place);
+    chain.yaw_weight = 1.0 / kLostFacing;
+    chain.scale_weight = 1.0 / kLostScale;
+  }
   pose_graph_.addConstraint(chain);
   return chain.to;
 }
@@ -109,8 +121,13 @@ Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relat
   const Eigen::Vector2d measured = distance * along - to_experience * *offset.displacement;
   constraint.measured.x = measured.x();
   constraint.measured.y = measured.y();
-  constraint.xy_weight.row(0) = along / place;
-  constraint.xy_weight.row(1) = across / (place * std::hypot(kLateralShare, geometry->sigma_direction));
+  const bool measured_length = geometry->distance >= 0.0;
+  const double sigma_along =
+      measured_length ? std::hypot(kLateralShare * place, geometry->sigma_distance) : place;
+  const double sigma_across =
+      std::hypot(kLateralShare * place, (measured_length ? distance : place) * geometry->sigma_direction);
+  constraint.xy_weight.row(0) = along / std::min(sigma_along, place);
+  constraint.xy_weight.row(1) = across / std::min(sigma_across, place);
   return constraint;
 }
 

@@ -58,7 +58,8 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerif
     if (verifier != nullptr && isOldView(match->id)) {
       geometry = verifier->verify(stamp, image, match->id);
       recalled = geometry.has_value();
-      event.relative_rad = recalled ? geometry->relative_rad : 0.0;
+      if (recalled && geometry->inliers > 0) event.relative_rad = geometry->relative_rad;
+      if (recalled && geometry->inliers == 0) geometry.reset();
     }
   }
   if (!recalled) {

@@ -31,21 +31,23 @@ PackedTemplate::PackedTemplate(const ViewTemplate& original, const TemplateParam
     rests.push_back(sum - smallestSum(quantised(original.values[i])));
   }
   bits_ = bitsOf(*std::max_element(rests.begin(), rests.end()));
-  packed_bytes_ = static_cast<std::uint32_t>((rests.size() * bits_ + 7) / 8 + kReadBytes - 1);
+  packed_bytes_ = static_cast<std::uint32_t>(rests.size() * bits_ / 8 + kReadBytes);
   packed_ = std::make_unique<std::uint8_t[]>(packed_bytes_);
-  for (std::size_t i = 0; i < rests.size(); ++i) {
-    for (std::size_t bit = 0; bit < bits_; ++bit) {
-      const std::size_t position = i * bits_ + bit;
-      const auto set = static_cast<unsigned>((rests[i] >> bit) & 1U);
-      packed_[position / 8] = static_cast<std::uint8_t>(packed_[position / 8] | (set << (position % 8)));
-    }
+  std::size_t position = 0;  // the bits go as a little-endian processor has them in memory
+  for (const std::uint64_t rest : rests) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, packed_.get() + position / 8, kReadBytes);
+    word |= rest << (position % 8);
+    std::memcpy(packed_.get() + position / 8, &word, kReadBytes);
+    position += bits_;
   }
 }
 
 std::uint64_t PackedTemplate::smallestSum(std::uint8_t byte) const {
-  // Half a level below the byte's, less what the rounding of the value and of this product can amount to.
-  const double sum = std::ceil((byte - 0.5) * sums_per_level_ * (1.0 - 1e-12) - 1e-9);
-  return sum > 0.0 ? static_cast<std::uint64_t>(sum) : 0;
+  // The first whole number from half a level below the byte's on, less what the rounding of the value and of
+  // this product can amount to. Truncation, because std::ceil costs a call on older processors.
+  const double sum = (byte - 0.5) * sums_per_level_ * (1.0 - 1e-12) + (1.0 - 1e-9);
+  return sum > 0.0 ? static_cast<std::uint64_t>(static_cast<std::int64_t>(sum)) : 0;
 }
 
 std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& bytes,
@@ -59,7 +61,7 @@ std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& byte
   std::size_t position = 0;
   for (const std::uint8_t byte : bytes) {
     std::uint64_t word = 0;
-    for (std::size_t i = kReadBytes; i-- > 0;) word = word << 8U | packed_[position / 8 + i];
+    std::memcpy(&word, packed_.get() + position / 8, kReadBytes);
     blocks.sums.push_back(smallestSum(byte) + ((word >> (position % 8)) & mask));
     position += bits_;
   }

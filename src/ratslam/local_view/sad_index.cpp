@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
 
 #include "sad_kernels.h"
+#include "sliding_sad.h"
 
 namespace ratslam {
 namespace {
@@ -12,6 +12,11 @@ namespace {
 constexpr std::size_t kSegmentGroups = 32;  // a new segment is cheap, and a search makes few calls
 
 std::size_t asSize(int value) { return static_cast<std::size_t>(value); }
+
+/// Where a group has byte `position` of its first template.
+std::uint32_t placeInGroup(std::uint32_t position) {
+  return position / 8 * static_cast<std::uint32_t>(kChunkBytes) + position % 8;
+}
 
 /// Writes `bytes` at byte `begin` of shift number `shift` of a block.
 void spread(const std::vector<std::uint8_t>& bytes, std::size_t begin, std::size_t shift,
@@ -42,10 +47,13 @@ ShiftBlock shiftBlock(const std::vector<std::size_t>& begins, std::size_t compar
 }  // namespace
 
 struct SadIndex::View {
-  SmallestSads smallest_sads = nullptr;
-  ShiftedViews shifted;
   std::vector<std::vector<std::uint8_t>> compared;  // the view's bytes at each shift
   std::vector<std::size_t> begins;                  // the template's byte which the first of them meets
+  SmallestSads smallest_sads = nullptr;             // by columns
+  ShiftedViews shifted;
+  bool slides = false;  // by rows
+  SlidingShape shape;
+  std::vector<std::uint32_t> quads;
 };
 
 SadIndex::SadIndex(const LocalViewParams& params, int rows, SimdLevel level)
@@ -55,19 +63,21 @@ SadIndex::SadIndex(const LocalViewParams& params, int rows, SimdLevel level)
       step_(params.step_match),
       panoramic_(params.panoramic),
       compared_bytes_(asSize(params.comparedColumns() * rows)),
-      template_bytes_(asSize(columns_ * rows)),
-      group_chunks_((template_bytes_ + 7) / 8),
       view_(std::make_unique<View>()) {
-  view_->smallest_sads = smallestSadsFor(level);
-  view_->shifted.group_chunks = group_chunks_;
   const std::size_t shifts = asSize(params.shiftCount());
   view_->compared.resize(shifts);
-  for (std::size_t i = 0; i < shifts; ++i)
+  for (std::size_t i = 0; i < shifts; ++i) {
     view_->begins.push_back(panoramic_ ? 0 : i * asSize(step_ * rows_));
-  for (std::size_t first = 0; first < shifts; first += kBlockShifts) {
-    std::vector<std::size_t> begins;
-    for (std::size_t s = 0; s < kBlockShifts; ++s) begins.push_back(view_->begins[blockShift(first + s)]);
-    view_->shifted.blocks.push_back(shiftBlock(begins, compared_bytes_, group_chunks_));
+  }
+  view_->smallest_sads = smallestSadsFor(level);
+  if (level == SimdLevel::kAvx512 && !panoramic_ && step_ == 1 && shifts > kBlockShifts) {
+    view_->shape = SlidingShape(asSize(columns_), asSize(rows_), shifts);
+    view_->slides = view_->shape.isSupported();
+  }
+  if (view_->slides) {
+    placeByRows();
+  } else {
+    placeByColumns();
   }
 }
 
@@ -75,37 +85,62 @@ SadIndex::~SadIndex() = default;
 SadIndex::SadIndex(SadIndex&&) noexcept = default;
 SadIndex& SadIndex::operator=(SadIndex&&) noexcept = default;
 
+void SadIndex::placeByColumns() {
+  const auto count = static_cast<std::uint32_t>(columns_ * rows_);
+  for (std::uint32_t i = 0; i < count; ++i) places_.push_back(placeInGroup(i));
+  group_chunks_ = (count + 7) / 8;
+  view_->shifted.group_chunks = group_chunks_;
+  for (std::size_t first = 0; first < view_->begins.size(); first += kBlockShifts) {
+    std::vector<std::size_t> begins;
+    for (std::size_t s = 0; s < kBlockShifts; ++s) begins.push_back(view_->begins[blockShift(first + s)]);
+    view_->shifted.blocks.push_back(shiftBlock(begins, compared_bytes_, group_chunks_));
+  }
+}
+
+void SadIndex::placeByRows() {
+  group_chunks_ = view_->shape.group_chunks;
+  view_->quads.resize(view_->shape.rows * view_->shape.quads);
+  for (std::size_t x = 0; x < asSize(columns_); ++x) {
+    for (std::size_t y = 0; y < asSize(rows_); ++y) {
+      places_.push_back(static_cast<std::uint32_t>(view_->shape.chunkOf(x, y) * kChunkBytes + x % 8));
+    }
+  }
+}
+
+/// The last block is filled up with its last shift.
+std::size_t SadIndex::blockShift(std::size_t position) const {
+  return std::min(position, view_->begins.size() - 1);
+}
+
 std::size_t SadIndex::groupCount() const { return (size_ + kGroupLanes - 1) / kGroupLanes; }
 
-std::uint8_t* SadIndex::chunkOf(std::size_t id, std::size_t chunk) const {
+std::uint8_t* SadIndex::firstByteOf(std::size_t id) const {
   const std::size_t group = id / kGroupLanes;
   Chunk* segment = segments_[group / kSegmentGroups].get();
-  return segment[group % kSegmentGroups * group_chunks_ + chunk].bytes + id % kGroupLanes * 8;
+  return segment[group % kSegmentGroups * group_chunks_].bytes + id % kGroupLanes * 8;
 }
 
 void SadIndex::add(const std::vector<std::uint8_t>& bytes) {
   if (size_ == segments_.size() * kSegmentGroups * kGroupLanes) {
     segments_.push_back(std::make_unique<Chunk[]>(kSegmentGroups * group_chunks_));
   }
-  for (std::size_t begin = 0; begin < template_bytes_; begin += 8) {
-    std::memcpy(chunkOf(size_, begin / 8), bytes.data() + begin,
-                std::min<std::size_t>(8, template_bytes_ - begin));
+  std::uint8_t* target = firstByteOf(size_);
+  for (std::size_t i = 0; i < places_.size(); ++i) target[places_[i]] = bytes[i];
+  if (view_->slides) {
+    std::uint8_t* excesses = target + view_->shape.excess_chunk * kChunkBytes;
+    for (std::size_t shift = 0; shift < view_->begins.size(); ++shift) {
+      const std::uint16_t excess = slidingExcess(view_->shape, bytes, shift);
+      std::memcpy(excesses + shift / 4 * kChunkBytes + shift % 4 * sizeof excess, &excess, sizeof excess);
+    }
   }
   ++size_;
 }
 
 std::vector<std::uint8_t> SadIndex::bytes(std::size_t id) const {
-  std::vector<std::uint8_t> bytes(template_bytes_);
-  for (std::size_t begin = 0; begin < template_bytes_; begin += 8) {
-    std::memcpy(bytes.data() + begin, chunkOf(id, begin / 8),
-                std::min<std::size_t>(8, template_bytes_ - begin));
-  }
+  std::vector<std::uint8_t> bytes(places_.size());
+  const std::uint8_t* source = firstByteOf(id);
+  for (std::size_t i = 0; i < places_.size(); ++i) bytes[i] = source[places_[i]];
   return bytes;
-}
-
-/// The last block is filled up with its last shift.
-std::size_t SadIndex::blockShift(std::size_t position) const {
-  return std::min(position, view_->compared.size() - 1);
 }
 
 void SadIndex::setView(const std::vector<std::uint8_t>& bytes) {
@@ -121,6 +156,13 @@ void SadIndex::setView(const std::vector<std::uint8_t>& bytes) {
       compared.assign(first, first + static_cast<std::ptrdiff_t>(compared_bytes_));
     }
   }
+  if (view_->slides) {
+    auto* words = reinterpret_cast<std::uint8_t*>(view_->quads.data());
+    for (std::size_t i = 0; i < compared_bytes_; ++i) {
+      const std::size_t column = i / asSize(rows_);
+      words[i % asSize(rows_) * view_->shape.quads * 4 + column] = view_->compared[0][i];
+    }
+  }
   for (std::size_t i = 0; i < view_->shifted.blocks.size() * kBlockShifts; ++i) {
     const std::size_t shift = blockShift(i);
     spread(view_->compared[shift], view_->begins[shift], i % kBlockShifts,
@@ -131,7 +173,14 @@ void SadIndex::setView(const std::vector<std::uint8_t>& bytes) {
 void SadIndex::smallestSads(std::size_t first, std::size_t last, std::uint32_t* smallest) const {
   while (first < last) {
     const std::size_t count = std::min(last - first, kSegmentGroups - first % kSegmentGroups);
-    view_->smallest_sads(chunkOf(first * kGroupLanes, 0), count, view_->shifted, smallest);
+    const std::uint8_t* groups = firstByteOf(first * kGroupLanes);
+    if (view_->slides) {
+#if defined(__x86_64__)
+      smallestSlidingSads(groups, count, view_->shape, view_->quads, smallest);
+#endif
+    } else {
+      view_->smallest_sads(groups, count, view_->shifted, smallest);
+    }
     smallest += count * kGroupLanes;
     first += count;
   }

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "ratslam/local_view/simd_level.h"
+#include "ratslam/common/simd_level.h"
 
 namespace ratslam {
 

@@ -13,6 +13,8 @@ namespace ratslam {
 namespace {
 
 constexpr std::uint32_t kNoCandidate = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kBatchGroups =
+    16;  // searched in one go: enough to prefetch, few enough to profit early
 
 /// All values in 8 bits, column by column.
 std::vector<std::uint8_t> columnBytes(const ViewTemplate& view, const TemplateParams& params) {
@@ -37,6 +39,14 @@ std::vector<std::uint8_t> columnMeans(const ViewTemplate& view, const TemplatePa
   return means;
 }
 
+/// Sum of what rounding to 8 bits moves the values, in levels and rounded up, with 1 more for sums of
+/// doubles.
+std::uint32_t roundingOf(const ViewTemplate& view) {
+  double sum = 0.0;
+  for (const double value : view.values) sum += std::abs(255.0 * value - quantised(value));
+  return static_cast<std::uint32_t>(sum) + 2;
+}
+
 }  // namespace
 
 TemplateMatcher::TemplateMatcher(const LocalViewParams& params, SimdLevel level)
@@ -59,13 +69,17 @@ std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
   coarse_.add(columnMeans(learned, params_.view_template));
   fine_.add(columnBytes(learned, params_.view_template));
   means_.push_back(learned.mean);
+  rounding_.push_back(roundingOf(learned));
   packed_.emplace_back(learned, params_.view_template);
   return id;
 }
 
 std::vector<std::uint8_t> TemplateMatcher::bytes(std::uint32_t id) const {
   if (id >= size()) throw std::out_of_range("view template: there is none of id " + std::to_string(id));
-  const std::vector<std::uint8_t> by_column = fine_.bytes(id);
+  return byRows(fine_.bytes(id));
+}
+
+std::vector<std::uint8_t> TemplateMatcher::byRows(const std::vector<std::uint8_t>& by_column) const {
   const auto rows = static_cast<std::size_t>(params_.view_template.y_size);
   std::vector<std::uint8_t> by_row;
   by_row.reserve(by_column.size());
@@ -85,7 +99,7 @@ std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view)
   const std::optional<std::size_t> most_likely = boundCoarsely(view.mean);
   if (!most_likely) return std::nullopt;
   fine_.setView(columnBytes(view, params_.view_template));
-  collectCandidates(*most_likely);
+  collectCandidates(*most_likely, roundingOf(view));
   std::optional<TemplateMatch> best;
   for (const Candidate& candidate : candidates_) refine(candidate, view.values, best);
   return best;
@@ -126,33 +140,44 @@ std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
 }
 
 /// Fills candidates_ with every template that may be the best, the smallest 8-bit SAD first.
-void TemplateMatcher::collectCandidates(std::size_t most_likely) {
-  const std::uint64_t slack = fine_.comparedBytes() + 1;  // of a fine SAD; 1 for the rounding of doubles
-  const std::uint64_t coarse_slack = coarse_.comparedBytes() + 1;
+void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t view_rounding) {
+  const std::uint64_t coarse_rounding =
+      coarse_.comparedBytes() + 1;  // half a level for view and template each
   const auto rows = static_cast<std::uint64_t>(params_.view_template.y_size);
-  candidates_.clear();
-  std::uint32_t smallest = kNoCandidate - 1;  // fine SAD so far
+  std::uint64_t ceiling = kNoCandidate - 1;  // 255 times the best sum is at most this
   std::uint64_t coarse_limit = kNoCandidate - 1;
-  std::array<std::uint32_t, kGroupLanes> sads{};
-  const auto search_group = [&](std::size_t group) {
-    fine_.smallestSads(group, group + 1, sads.data());
-    for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
-      const std::size_t id = group * kGroupLanes + lane;
-      if (coarse_sads_[id] > coarse_limit || sads[lane] > smallest + 2 * slack) continue;
-      candidates_.push_back({sads[lane], static_cast<std::uint32_t>(id)});
-      if (sads[lane] >= smallest) continue;
-      smallest = sads[lane];
-      coarse_limit = std::min<std::uint64_t>(coarse_limit, (smallest + slack) / rows + coarse_slack);
+  std::array<std::uint32_t, kBatchGroups * kGroupLanes> sads{};
+  const auto search_groups = [&](std::size_t first, std::size_t last, bool collect) {
+    fine_.smallestSads(first, last, sads.data());
+    for (std::size_t id = first * kGroupLanes; id < last * kGroupLanes; ++id) {
+      const std::uint32_t sad = sads[id - first * kGroupLanes];
+      if (coarse_sads_[id] > coarse_limit) continue;
+      const std::uint32_t rounding = rounding_[id] + view_rounding;
+      if (sad > ceiling + rounding) continue;
+      if (collect) candidates_.push_back({sad, rounding, static_cast<std::uint32_t>(id)});
+      if (sad + std::uint64_t{rounding} >= ceiling) continue;
+      ceiling = sad + std::uint64_t{rounding};
+      coarse_limit = std::min<std::uint64_t>(coarse_limit, ceiling / rows + coarse_rounding);
     }
   };
-  const std::size_t first_group = most_likely / kGroupLanes;
-  search_group(first_group);
-  for (std::size_t group = 0; group < fine_.groupCount(); ++group) {
+  const auto group_excluded = [&](std::size_t group) {
     const auto first = coarse_sads_.begin() + static_cast<std::ptrdiff_t>(group * kGroupLanes);
-    if (group == first_group || *std::min_element(first, first + kGroupLanes) > coarse_limit) continue;
-    search_group(group);
+    return *std::min_element(first, first + kGroupLanes) > coarse_limit;
+  };
+  candidates_.clear();
+  search_groups(most_likely / kGroupLanes, most_likely / kGroupLanes + 1, false);
+  const std::size_t groups = fine_.groupCount();
+  for (std::size_t first = 0; first < groups;) {
+    if (group_excluded(first)) {
+      ++first;
+      continue;
+    }
+    std::size_t last = first + 1;
+    while (last < groups && last - first < kBatchGroups && !group_excluded(last)) ++last;
+    search_groups(first, last, true);
+    first = last;
   }
-  const auto hopeless = [&](const Candidate& c) { return c.sad > smallest + 2 * slack; };
+  const auto hopeless = [&](const Candidate& c) { return c.sad > ceiling + c.rounding; };
   candidates_.erase(std::remove_if(candidates_.begin(), candidates_.end(), hopeless), candidates_.end());
   std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
     return a.sad != b.sad ? a.sad < b.sad : a.id < b.id;
@@ -162,15 +187,16 @@ void TemplateMatcher::collectCandidates(std::size_t most_likely) {
 /// Puts the candidate in place of the best if it is better.
 void TemplateMatcher::refine(const Candidate& candidate, const std::vector<double>& view,
                              std::optional<TemplateMatch>& best) const {
-  const double compared = static_cast<double>(fine_.comparedBytes());
-  // The largest 8-bit SAD that the best error allows.
-  const auto limit = [&] { return best ? (255.0 * best->error + 1.0) * compared + 1.0 : 1e300; };
-  if (best && best->error == 0.0 && candidate.id > best->id) return;
-  if (candidate.sad > limit()) return;
+  const auto hopeless = [&](std::uint32_t sad) {
+    return best &&
+           sad > 255.0 * best->error * static_cast<double>(fine_.comparedBytes()) + candidate.rounding;
+  };
+  if (hopeless(candidate.sad)) return;
+  if (best && best->error == 0.0 && candidate.id > best->id) return;  // no error is smaller
   const std::vector<std::uint8_t> by_column = fine_.bytes(candidate.id);
-  const std::vector<double> learned = values(candidate.id);
+  const std::vector<double> learned = packed_[candidate.id].values(byRows(by_column), params_.view_template);
   for (int i = 0; i < params_.shiftCount(); ++i) {
-    if (fine_.sad(by_column, i) > limit()) continue;
+    if (hopeless(fine_.sad(by_column, i))) continue;
     const int shift = i * params_.step_match;
     const double error = meanDifference(view, learned, shift);
     if (!best || error < best->error || (error == best->error && candidate.id < best->id)) {
@@ -198,6 +224,7 @@ double TemplateMatcher::meanDifference(const std::vector<double>& view, const st
 
 std::size_t TemplateMatcher::memoryBytes() const {
   std::size_t bytes = coarse_.memoryBytes() + fine_.memoryBytes() + means_.capacity() * sizeof(double) +
+                      rounding_.capacity() * sizeof(std::uint32_t) +
                       (packed_.capacity() - packed_.size()) * sizeof(PackedTemplate);
   for (const PackedTemplate& packed : packed_) bytes += packed.memoryBytes();
   return bytes;

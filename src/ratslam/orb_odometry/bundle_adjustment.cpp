@@ -15,17 +15,17 @@ using Matrix63 = Eigen::Matrix<double, 6, 3>;
 constexpr double kFirstDamping = 1e-5;
 constexpr double kLeastDamping = 1e-9;
 constexpr double kMostDamping = 1e6;
-// What a point behind its camera costs: like an error of this many deviations, so that no step hides one there.
+// What a point behind its camera costs: like an error of this many deviations, so that no step hides one
+// there.
 constexpr double kBehindCamera = 100.0;
 
 double huberCost(double normalised, double threshold) {
-  return normalised <= threshold ? 0.5 * normalised * normalised
-                                 : threshold * (normalised - 0.5 * threshold);
+  return normalised <= threshold ? 0.5 * normalised * normalised : threshold * (normalised - 0.5 * threshold);
 }
 
 double totalCost(const CameraModel& camera, const std::vector<RigidTransform>& poses,
-                 const std::vector<Eigen::Vector3d>& points, const std::vector<BundleObservation>& observations,
-                 double huber) {
+                 const std::vector<Eigen::Vector3d>& points,
+                 const std::vector<BundleObservation>& observations, double huber) {
   double cost = 0.0;
   for (const BundleObservation& observation : observations) {
     const Eigen::Vector3d x = poses[static_cast<std::size_t>(observation.pose)] *
@@ -67,7 +67,8 @@ void linearise(const CameraModel& camera, const BundleProblem& problem, double h
     const Reprojection reprojection = reproject(camera, x, observation.pixel);
     if (!(reprojection.depth > 0.0)) continue;
     const double normalised = reprojection.error.norm() / observation.sigma;
-    const double weight = (normalised > huber ? huber / normalised : 1.0) / (observation.sigma * observation.sigma);
+    const double weight =
+        (normalised > huber ? huber / normalised : 1.0) / (observation.sigma * observation.sigma);
     const Eigen::Matrix<double, 2, 3> by_point = reprojection.by_point_in_camera * rotations[pose];
     const Eigen::Matrix<double, 3, 2> weighted = weight * by_point.transpose();
     linear.point_hessian[point].noalias() += weighted * by_point;
@@ -132,7 +133,8 @@ bool solveStep(const BundleProblem& problem, const Linearisation& linear, double
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const auto point = static_cast<std::size_t>(observations[i].point);
     if (observations[i].pose >= problem.free_poses) continue;
-    step.points[point].noalias() -= linear.coupling[i].transpose() * step.poses.segment<6>(6 * observations[i].pose);
+    step.points[point].noalias() -=
+        linear.coupling[i].transpose() * step.poses.segment<6>(6 * observations[i].pose);
   }
   for (std::size_t point = 0; point < step.points.size(); ++point) {
     step.points[point] = inverse[point] * (step.points[point] - linear.point_gradient[point]).eval();

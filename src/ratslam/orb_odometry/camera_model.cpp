@@ -1,7 +1,6 @@
 #include "ratslam/orb_odometry/camera_model.h"
 
 #include <Eigen/LU>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,10 +16,14 @@ constexpr double kJacobianStep = 1e-6;      // in bearing units
 
 std::size_t coefficientCount(LensModel model) {
   switch (model) {
-    case LensModel::kPlumbBob: return 5;
-    case LensModel::kRationalPolynomial: return 8;
-    case LensModel::kEquidistant: return 4;
-    case LensModel::kNone: break;
+    case LensModel::kPlumbBob:
+      return 5;
+    case LensModel::kRationalPolynomial:
+      return 8;
+    case LensModel::kEquidistant:
+      return 4;
+    case LensModel::kNone:
+      break;
   }
   return 0;
 }
@@ -40,7 +43,8 @@ Eigen::Vector2d distortBearing(const CameraModel& camera, const Eigen::Vector2d&
   }
   const double x = ideal.x();
   const double y = ideal.y();
-  const double radial = (1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
+  const double radial =
+      (1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
   return {x * radial + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x),
           y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y};
 }

@@ -38,7 +38,8 @@ bool stronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
   return a.pt.x < b.pt.x;
 }
 
-/// Each cell's strongest corner, then each cell's second, ... until `quota` are taken. Cells are sorted inside.
+/// Each cell's strongest corner, then each cell's second, ... until `quota` are taken. Cells are sorted
+/// inside.
 std::vector<cv::KeyPoint> takeInTurns(std::vector<std::vector<cv::KeyPoint>>& cells, std::size_t quota) {
   for (auto& cell : cells) std::sort(cell.begin(), cell.end(), stronger);
   std::vector<cv::KeyPoint> taken;
@@ -62,36 +63,55 @@ std::vector<cv::KeyPoint> takeInTurns(std::vector<std::vector<cv::KeyPoint>>& ce
 
 FeatureExtractor::FeatureExtractor(const ExtractorParams& params) : params_(params) {
   // One level a call: the pyramid is ours, because matches are refined in it to a fraction of a pixel.
-  describer_ = cv::ORB::create(1 << 20, 1.2F, 1, kBorder, 0, 2, cv::ORB::HARRIS_SCORE, 31, params.weak_threshold);
+  describer_ =
+      cv::ORB::create(1 << 20, 1.2F, 1, kBorder, 0, 2, cv::ORB::HARRIS_SCORE, 31, params.weak_threshold);
   for (int v = 0; v <= kDiscRadius; ++v) {
     row_half_widths_.push_back(static_cast<int>(std::sqrt(kDiscRadius * kDiscRadius - v * v)));
   }
 }
 
 std::vector<cv::KeyPoint> FeatureExtractor::cornersOfLevel(const cv::Mat& image, int quota) const {
-  const cv::Rect inside(kBorder - 3, kBorder - 3, image.cols - 2 * (kBorder - 3), image.rows - 2 * (kBorder - 3));
-  if (inside.width < 7 || inside.height < 7) return {};
-  std::vector<cv::KeyPoint> corners;
-  cv::FAST(image(inside), corners, params_.weak_threshold, true);
-
+  constexpr int kReach = 3;  // FAST looks this far around a pixel
+  const cv::Rect inside(kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder);
+  if (inside.width < 1 || inside.height < 1) return {};
   const int columns = (inside.width + kCellSize - 1) / kCellSize;
   const int rows = (inside.height + kCellSize - 1) / kCellSize;
   std::vector<std::vector<cv::KeyPoint>> cells(static_cast<std::size_t>(columns * rows));
-  std::vector<std::vector<cv::KeyPoint>> weak(cells.size());
-  for (cv::KeyPoint& corner : corners) {
-    const int cell = static_cast<int>(corner.pt.y) / kCellSize * columns + static_cast<int>(corner.pt.x) / kCellSize;
-    corner.pt += cv::Point2f(static_cast<float>(inside.x), static_cast<float>(inside.y));
-    const bool strong = corner.response >= static_cast<float>(params_.strong_threshold);
-    (strong ? cells : weak)[static_cast<std::size_t>(cell)].push_back(corner);
-  }
-  for (std::size_t cell = 0; cell < cells.size(); ++cell) {
-    if (cells[cell].empty()) cells[cell].swap(weak[cell]);
+
+  const auto detect = [&](const cv::Rect& area, int threshold) {
+    const cv::Rect with_rim(area.x - kReach, area.y - kReach, area.width + 2 * kReach,
+                            area.height + 2 * kReach);
+    std::vector<cv::KeyPoint> corners;
+    cv::FAST(image(with_rim), corners, threshold, true);
+    for (cv::KeyPoint& corner : corners) {
+      corner.pt += cv::Point2f(static_cast<float>(with_rim.x), static_cast<float>(with_rim.y));
+      const int column = (static_cast<int>(corner.pt.x) - inside.x) / kCellSize;
+      const int row = (static_cast<int>(corner.pt.y) - inside.y) / kCellSize;
+      cells[static_cast<std::size_t>(row * columns + column)].push_back(corner);
+    }
+  };
+  detect(inside, params_.strong_threshold);
+  // The low threshold is costly where there is texture, and needed only where there is none: one call for
+  // each run of empty cells.
+  std::vector<bool> empty;
+  empty.reserve(cells.size());
+  for (const auto& cell : cells) empty.push_back(cell.empty());
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const int begin = column;
+      while (column < columns && empty[static_cast<std::size_t>(row * columns + column)]) ++column;
+      if (column == begin) continue;
+      const cv::Rect run(inside.x + begin * kCellSize, inside.y + row * kCellSize,
+                         (column - begin) * kCellSize, kCellSize);
+      detect(run & inside, params_.weak_threshold);
+    }
   }
   return takeInTurns(cells, static_cast<std::size_t>(quota));
 }
 
 std::vector<Feature> FeatureExtractor::extract(const ImagePyramid& pyramid, cv::Mat& descriptors) const {
-  // A level's share is in proportion to its edge length, so that features per octave fall as slowly as scales do.
+  // A level's share is in proportion to its edge length, so that features per octave fall as slowly as scales
+  // do.
   double total = 0.0;
   for (int level = 0; level < pyramid.levels(); ++level) total += 1.0 / pyramid.scale(level);
 

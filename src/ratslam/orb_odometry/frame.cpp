@@ -19,7 +19,8 @@ PointGrid::PointGrid(const std::vector<Feature>& features, double cell_size) : c
     high = high.cwiseMax(feature.pixel);
   }
   origin_ = low;
-  // Wide lenses can throw single points very far out: the outermost cells then hold all that lies beyond them.
+  // Wide lenses can throw single points very far out: the outermost cells then hold all that lies beyond
+  // them.
   constexpr double kMostCells = 512.0;
   columns_ = 1 + static_cast<int>(std::min(kMostCells, (high.x() - low.x()) / cell_size_));
   rows_ = 1 + static_cast<int>(std::min(kMostCells, (high.y() - low.y()) / cell_size_));
@@ -45,8 +46,8 @@ int PointGrid::clampRow(double y) const {
   return static_cast<int>(std::clamp((y - origin_.y()) / cell_size_, 0.0, rows_ - 1.0));
 }
 
-Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera, const FeatureExtractor& extractor,
-                const ExtractorParams& params) {
+Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
+                const FeatureExtractor& extractor, const ExtractorParams& params) {
   Frame frame;
   frame.stamp = stamp;
   frame.pyramid = ImagePyramid(grey, params.levels, params.scale_factor);

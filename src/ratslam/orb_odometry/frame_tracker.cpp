@@ -12,8 +12,9 @@ constexpr double kFallbackRadius = 6.0;  // descriptor search where alignment fr
 constexpr int kEnoughForPose = 40;       // inliers at which no wider search is needed
 
 /// Pose from descriptor matches of the last frame's landmarks.
-PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map, const std::vector<Observation>& last,
-                               const RigidTransform& predicted, const Frame& frame, const RobustLoss& loss) {
+PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map,
+                               const std::vector<Observation>& last, const RigidTransform& predicted,
+                               const Frame& frame, const RobustLoss& loss) {
   PoseEstimate best;
   for (const double radius : kSearchRadii) {
     DescriptorSearch search;
@@ -25,7 +26,8 @@ PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map, c
       const auto index = static_cast<std::size_t>(landmark - map.landmarks().data());
       const auto projected = projectLandmark(camera, map, index, predicted);
       if (!projected) continue;
-      const int found = searchNear(frame, landmark->descriptor.data(), projected->pixel, projected->scale, search);
+      const int found =
+          searchNear(frame, landmark->descriptor.data(), projected->pixel, projected->scale, search);
       if (found < 0) continue;
       const Feature& feature = frame.features[static_cast<std::size_t>(found)];
       matches.push_back({landmark->position, feature.pixel, frame.pyramid.scale(feature.level)});
@@ -46,8 +48,8 @@ TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::
   return trackLocalMap(camera, map, rough.T_camera_world, frame, params);
 }
 
-TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose, Frame& frame,
-                              const TrackingParams& params) {
+TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose,
+                              Frame& frame, const TrackingParams& params) {
   TrackingOutcome outcome;
   DescriptorSearch search;
   search.radius = kFallbackRadius;
@@ -62,7 +64,8 @@ TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const Ri
     auto observation = alignLandmark(camera, map, *projected, frame, projected->pixel, limits);
     if (!observation) {
       const Landmark& landmark = map.landmarks()[index];
-      const int found = searchNear(frame, landmark.descriptor.data(), projected->pixel, projected->scale, search);
+      const int found =
+          searchNear(frame, landmark.descriptor.data(), projected->pixel, projected->scale, search);
       if (found < 0) continue;
       const Eigen::Vector2d start = frame.features[static_cast<std::size_t>(found)].pixel;
       observation = alignLandmark(camera, map, *projected, frame, start, limits);

@@ -17,7 +17,8 @@ ImagePyramid::ImagePyramid(const cv::Mat& grey, int levels, double factor) {
     images_.push_back(smaller);
   }
   for (const cv::Mat& image : images_) {
-    ratios_.emplace_back(static_cast<double>(grey.cols) / image.cols, static_cast<double>(grey.rows) / image.rows);
+    ratios_.emplace_back(static_cast<double>(grey.cols) / image.cols,
+                         static_cast<double>(grey.rows) / image.rows);
     scales_.push_back(std::sqrt(ratios_.back().x() * ratios_.back().y()));
   }
 }

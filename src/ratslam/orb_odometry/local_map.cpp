@@ -43,7 +43,8 @@ void LocalMap::dropOldestKeyframe(const CameraModel& camera) {
   keyframes_.pop_front();
   for (Landmark& landmark : landmarks_) {
     auto& observations = landmark.observations;
-    if (!observations.empty() && observations.front().keyframe == gone) observations.erase(observations.begin());
+    if (!observations.empty() && observations.front().keyframe == gone)
+      observations.erase(observations.begin());
     if (landmark.reference != gone || observations.empty()) continue;
     // The newest view lasts longest, and changes of reference are where small errors could add up.
     const LandmarkObservation& newest = observations.back();

@@ -25,7 +25,8 @@ std::vector<std::pair<int, int>> matchFeatures(const Frame& reference, const Fra
     const int there = searchNear(frame, reference.descriptor(i), feature.pixel, scale, search);
     if (there < 0) continue;
     const Feature& found = frame.features[static_cast<std::size_t>(there)];
-    const int back = searchNear(reference, frame.descriptor(there), found.pixel, frame.pyramid.scale(found.level), search);
+    const int back =
+        searchNear(reference, frame.descriptor(there), found.pixel, frame.pyramid.scale(found.level), search);
     if (back == i) pairs.emplace_back(i, there);
   }
   return pairs;
@@ -51,8 +52,8 @@ std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& fram
     const Feature& source = reference_->features[static_cast<std::size_t>(here)];
     const Feature& target = frame->features[static_cast<std::size_t>(there)];
     const double magnification = frame->pyramid.scale(target.level) / reference_->pyramid.scale(source.level);
-    const auto match = alignPatch({&reference_->pyramid, source.raw, source.level}, frame->pyramid, target.raw,
-                                  magnification * Eigen::Matrix2d::Identity(), AlignmentLimits{});
+    const auto match = alignPatch({&reference_->pyramid, source.raw, source.level}, frame->pyramid,
+                                  target.raw, magnification * Eigen::Matrix2d::Identity(), AlignmentLimits{});
     if (!match) continue;
     pairs[kept++] = {here, there};
     first.push_back(source.pixel);
@@ -82,7 +83,8 @@ std::optional<InitialMap> MapInitialiser::makeMap(const std::shared_ptr<Frame>& 
     const double sigma = reference.pyramid.scale(feature.level);
     Landmark landmark;
     landmark.position = *motion.points[i];
-    std::copy_n(reference.descriptor(pairs[i].first), landmark.descriptor.size(), landmark.descriptor.begin());
+    std::copy_n(reference.descriptor(pairs[i].first), landmark.descriptor.size(),
+                landmark.descriptor.begin());
     landmark.reference = landmark.created = first_id;
     landmark.reference_raw = feature.raw;
     landmark.reference_level = feature.level;

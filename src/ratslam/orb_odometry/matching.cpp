@@ -1,7 +1,6 @@
 #include "ratslam/orb_odometry/matching.h"
 
 #include <Eigen/LU>
-
 #include <cmath>
 #include <opencv2/core/hal/hal.hpp>
 
@@ -10,7 +9,7 @@ namespace {
 
 constexpr double kMargin = 8.0;             // from the image's edge [px]
 constexpr double kMostMagnification = 5.0;  // between the reference view and the present one
-constexpr double kLevelTolerance = 1.5;     // of a feature's scale against the predicted one: two levels of 1.2
+constexpr double kLevelTolerance = 1.5;  // of a feature's scale against the predicted one: two levels of 1.2
 
 }  // namespace
 
@@ -30,8 +29,8 @@ Eigen::Matrix2d predictWarp(const CameraModel& camera, const Eigen::Vector2d& pi
   return warp;
 }
 
-std::optional<ProjectedLandmark> projectLandmark(const CameraModel& camera, const LocalMap& map, std::size_t index,
-                                                 const RigidTransform& T_camera_world) {
+std::optional<ProjectedLandmark> projectLandmark(const CameraModel& camera, const LocalMap& map,
+                                                 std::size_t index, const RigidTransform& T_camera_world) {
   const Landmark& landmark = map.landmarks()[index];
   const Eigen::Vector3d x = T_camera_world * landmark.position;
   if (!(x.z() > 0.0)) return std::nullopt;
@@ -73,14 +72,16 @@ int searchNear(const Frame& frame, const std::uint8_t* descriptor, const Eigen::
     const int distance = hammingDistance(descriptor, frame.descriptor(i));
     if (distance < best) {
       // The same corner found again at the next level is no rival.
-      const bool rival = best_feature >= 0 && (frame.features[static_cast<std::size_t>(best_feature)].pixel -
-                                               feature.pixel).squaredNorm() > 9.0 * scale * scale;
+      const bool rival =
+          best_feature >= 0 &&
+          (frame.features[static_cast<std::size_t>(best_feature)].pixel - feature.pixel).squaredNorm() >
+              9.0 * scale * scale;
       if (rival || best_feature < 0) second = best_feature < 0 ? second : best;
       best = distance;
       best_feature = i;
     } else if (distance < second) {
-      const Eigen::Vector2d apart = frame.features[static_cast<std::size_t>(best_feature < 0 ? i : best_feature)].pixel -
-                                    feature.pixel;
+      const Eigen::Vector2d apart =
+          frame.features[static_cast<std::size_t>(best_feature < 0 ? i : best_feature)].pixel - feature.pixel;
       if (best_feature < 0 || apart.squaredNorm() > 9.0 * scale * scale) second = distance;
     }
   });
@@ -101,7 +102,8 @@ std::optional<Observation> alignLandmark(const CameraModel& camera, const LocalM
   const PatchSource source{&reference.pyramid, landmark.reference_raw, landmark.reference_level};
   const auto match = alignPatch(source, frame.pyramid, camera.distort(start), warp, limits);
   if (!match) return std::nullopt;
-  return Observation{landmark.id, camera.undistort(match->raw), frame.pyramid.scale(match->level), match->level};
+  return Observation{landmark.id, camera.undistort(match->raw), frame.pyramid.scale(match->level),
+                     match->level};
 }
 
 }  // namespace ratslam

@@ -6,11 +6,26 @@
 
 #include "ratslam/common/angles.h"
 #include "ratslam/common/params.h"
+#include "ratslam/orb_odometry/relocalisation.h"
 #include "ratslam/orb_odometry/triangulation.h"
 #include "ratslam/orb_odometry/window_adjustment.h"
 
 namespace ratslam {
 namespace {
+
+// Median depth of a street scene, where a camera height is known but no road has been seen yet [camera
+// heights].
+constexpr double kDepthInHeights = 10.0;
+// A camera whose image has moved less than this since it last moved stands still [px]; several times the
+// noise of an aligned patch. Slow motion is not lost: it adds up until it shows.
+constexpr double kStillPixels = 0.15;
+// A landmark goes when it is found too rarely where it should be seen, or when it has not been confirmed by a
+// third keyframe soon after it was made.
+constexpr int kMinVisible = 4;
+constexpr double kMinFoundShare = 0.3;
+constexpr int kYoungKeyframes = 2;
+constexpr std::size_t kMinObservations = 3;
+constexpr double kCoastingGrowth = 10.0;  // of the standard deviation, per second of coasting
 
 OrbOdometryParams validated(const OrbOdometryParams& params) {
   params.validate();
@@ -23,7 +38,8 @@ CameraModel validated(const CameraModel& camera) {
 }
 
 ExtractorParams extractorParams(const OrbOdometryParams& params) {
-  return {params.features, params.levels, params.scale_factor, params.fast_threshold, params.fast_min_threshold};
+  return {params.features, params.levels, params.scale_factor, params.fast_threshold,
+          params.fast_min_threshold};
 }
 
 TrackingParams trackingParams(const OrbOdometryParams& params) {
@@ -31,6 +47,12 @@ TrackingParams trackingParams(const OrbOdometryParams& params) {
   tracking.min_tracked = params.min_tracked;
   tracking.loss.gate = params.outlier_gate;
   return tracking;
+}
+
+ScaleParams scaleParams(const OrbOdometryParams& params) {
+  ScaleParams scale;
+  scale.camera_height = params.camera_height;
+  return scale;
 }
 
 /// Camera axes (x right, y down, z forward) in base_link, for a camera that looks down by `pitch` [rad].
@@ -48,8 +70,10 @@ OrbOdometry::OrbOdometry(const CameraModel& camera, const OrbOdometryParams& par
       extractor_params_(extractorParams(params)),
       extractor_(extractor_params_),
       tracking_params_(trackingParams(params)),
-      initialiser_(camera, TwoViewParams{params.init_points, params.init_parallax_deg, 1.0}, params.map_keyframes),
-      base_from_camera_(cameraInBase(degreesToRadians(params.camera_pitch_deg))) {}
+      initialiser_(camera, TwoViewParams{params.init_points, params.init_parallax_deg, 1.0},
+                   params.map_keyframes),
+      base_from_camera_(cameraInBase(degreesToRadians(params.camera_pitch_deg))),
+      scale_keeper_(scaleParams(params), base_from_camera_.conjugate() * -Eigen::Vector3d::UnitZ()) {}
 
 cv::Mat OrbOdometry::checkedGrey(const cv::Mat& image) const {
   if (image.cols != camera_.width || image.rows != camera_.height) {
@@ -58,7 +82,8 @@ cv::Mat OrbOdometry::checkedGrey(const cv::Mat& image) const {
                       std::to_string(camera_.height));
   }
   if (image.type() == CV_8UC1) return image;
-  if (image.type() != CV_8UC3) throwBadValue("image type", image.type(), "it must have 8 bits and 1 or 3 channels");
+  if (image.type() != CV_8UC3)
+    throwBadValue("image type", image.type(), "it must have 8 bits and 1 or 3 channels");
   cv::Mat grey;
   cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
   return grey;
@@ -101,10 +126,8 @@ void OrbOdometry::startMap(OrbResult& result, double dt) {
   auto initial = initialiser_.add(frame_);
   if (!initial) return;
   const double elapsed = secondsBetween(initial->first->stamp, initial->second->stamp);
-  const double baseline = frame_->T_camera_world.translation.norm();
-  const double speed = carried_speed_ ? *carried_speed_ : params_.nominal_speed;
-  if (speed > 0.0) initial->map.rescale(speed * elapsed / baseline, Eigen::Vector3d::Zero());
   map_ = std::move(initial->map);
+  map_->rescale(scaleOfNewMap(elapsed), Eigen::Vector3d::Zero());
   result.restarted = restarts_ > 0;
   state_ = OrbState::kTracking;
   result.keyframe = true;
@@ -121,34 +144,60 @@ void OrbOdometry::trackMap(OrbResult& result, double dt) {
   const RigidTransform predicted = expTransform(velocity_ * dt) * lastPose();
   TrackingOutcome outcome = trackFrame(camera_, *map_, last, predicted, *frame_, tracking_params_);
   if (!outcome.tracked) {
+    outcome = relocalise(camera_, *map_, *frame_, params_.relocalisation_inliers, tracking_params_);
+  }
+  if (!outcome.tracked) {
     frame_->observations = last;
-    frame_->T_camera_world = predicted;
-    trackingLost(result, dt);
+    trackingLost(result, predicted, dt);
     return;
   }
+  const bool found_back = state_ != OrbState::kTracking;
   state_ = OrbState::kTracking;
-  coasted_ = 0.0;
+  lost_for_ = 0.0;
   result.tracked_points = outcome.estimate.inliers;
   last_covariance_ = outcome.estimate.covariance;
-  if (wantsKeyframe()) {
-    takeKeyframe();
-    result.keyframe = true;
+  if (standsStill()) {
+    frame_->T_camera_world = lastPose();
+  } else {
+    if (wantsKeyframe()) {
+      takeKeyframe();
+      result.keyframe = true;
+    }
+    still_reference_ = frame_->observations;
   }
   setMotion(result, lastPose(), dt, outcome.estimate.covariance);
-  velocity_ = logTransform(frame_->T_camera_world * lastPose().inverse()) / dt;
+  // A jump back into the map is no velocity to go on with.
+  if (!found_back) velocity_ = logTransform(frame_->T_camera_world * lastPose().inverse()) / dt;
   rememberPose();
 }
 
-void OrbOdometry::trackingLost(OrbResult& result, double dt) {
-  coasted_ += dt;
-  if (coasted_ > params_.coast_time) {
+void OrbOdometry::trackingLost(OrbResult& result, const RigidTransform& predicted, double dt) {
+  lost_for_ += dt;
+  if (lost_for_ > params_.coast_time + params_.relocalisation_time) {
     beginFreshStart();
     return;
   }
-  state_ = OrbState::kLost;
-  const double growth = 1.0 + 10.0 * coasted_ / dt;
+  const bool coasting = lost_for_ <= params_.coast_time;
+  state_ = coasting ? OrbState::kLost : OrbState::kRelocalising;
+  frame_->T_camera_world = coasting ? predicted : lastPose();
+  const double growth = std::pow(1.0 + kCoastingGrowth * lost_for_, 2);
   setMotion(result, lastPose(), dt, growth * last_covariance_);
   rememberPose();
+}
+
+bool OrbOdometry::standsStill() const {
+  // Both lists are in ascending order of landmarks.
+  std::vector<double> moved;
+  auto before = still_reference_.begin();
+  for (const Observation& now : frame_->observations) {
+    while (before != still_reference_.end() && before->landmark < now.landmark) ++before;
+    if (before == still_reference_.end()) break;
+    if (before->landmark == now.landmark) moved.push_back((before->pixel - now.pixel).norm());
+  }
+  if (static_cast<int>(moved.size()) < params_.min_tracked) return false;
+  const auto middle = moved.begin() + static_cast<std::ptrdiff_t>(moved.size() / 2);
+  std::nth_element(moved.begin(), middle, moved.end());
+  return *middle < kStillPixels;
 }
 
 void OrbOdometry::beginFreshStart() {
@@ -157,10 +206,25 @@ void OrbOdometry::beginFreshStart() {
   T_odom_world_ = T_odom_world_ * lastPose().inverse();
   map_.reset();
   velocity_.setZero();
-  coasted_ = 0.0;
+  lost_for_ = 0.0;
+  still_reference_.clear();
   state_ = OrbState::kInitialising;
   frame_->observations.clear();
   initialiser_.add(frame_);
+}
+
+double OrbOdometry::scaleOfNewMap(double elapsed) {
+  if (params_.ground_plane) {
+    if (const auto factor = scale_keeper_.scaleOfNewMap(camera_, *map_)) return *factor;
+  }
+  const double speed = carried_speed_ ? *carried_speed_ : params_.nominal_speed;
+  if (speed > 0.0) return speed * elapsed / frame_->T_camera_world.translation.norm();
+  return params_.camera_height > 0.0 ? kDepthInHeights * params_.camera_height : 1.0;
+}
+
+void OrbOdometry::rescale(double factor) {
+  map_->rescale(factor, frame_->centre());
+  T_reference_.translation *= factor;
 }
 
 bool OrbOdometry::wantsKeyframe() const {
@@ -174,8 +238,9 @@ void OrbOdometry::takeKeyframe() {
   map_->addKeyframe(frame_, camera_);
   const KeyframeId newest = map_->keyframes().back().id;
   map_->removeLandmarks([&](const Landmark& landmark) {
-    if (landmark.visible >= 4 && landmark.found < 0.3 * landmark.visible) return true;
-    if (newest - landmark.created >= 2 && landmark.observations.size() < 3) return true;
+    if (landmark.visible >= kMinVisible && landmark.found < kMinFoundShare * landmark.visible) return true;
+    if (newest - landmark.created >= kYoungKeyframes && landmark.observations.size() < kMinObservations)
+      return true;
     return false;
   });
   TriangulationParams triangulation;
@@ -187,9 +252,14 @@ void OrbOdometry::takeKeyframe() {
   window.fixed_keyframes = params_.fixed_keyframes;
   adjustWindow(camera_, *map_, window, tracking_params_.loss);
   keyframe_points_ = static_cast<int>(frame_->observations.size());
+  if (params_.ground_plane) {
+    const auto factor = scale_keeper_.update(camera_, *map_);
+    if (factor) rescale(*factor);
+  }
 }
 
-void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& previous, double dt, const Matrix6& covariance) {
+void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& previous, double dt,
+                            const Matrix6& covariance) {
   const RigidTransform step = previous * frame_->T_camera_world.inverse();  // this camera in the one before
   const Vector6 twist = logTransform(step) / dt;
   result.twist.head<3>() = base_from_camera_ * twist.head<3>();

@@ -1,7 +1,6 @@
 #include "ratslam/orb_odometry/patch_alignment.h"
 
 #include <Eigen/LU>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,19 +8,23 @@
 namespace ratslam {
 namespace {
 
-constexpr int kSize = 10;             // edge of the patch [px of the level]
-constexpr int kRim = kSize + 2;       // with the border that central differences need
+constexpr int kSize = 10;        // edge of the patch [px of the level]
+constexpr int kRim = kSize + 2;  // with the border that central differences need
 constexpr int kArea = kSize * kSize;
 constexpr int kMaxIterations = 10;
-constexpr float kConverged = 0.01F;   // [px of the level]
-constexpr float kMinVariance = 9.0F;  // of the template's grey values: below, there is nothing but noise to align
+constexpr float kConverged = 0.01F;  // [px of the level]
+constexpr float kMinVariance =
+    9.0F;  // of the template's grey values: below, there is nothing but noise to align
+
+// Fixed-size arrays of Eigen: sums run in vector registers, in an order fixed at compile time.
+using Patch = Eigen::Array<float, kArea, 1>;
 
 struct Template {
-  std::array<float, kArea> value;       // mean taken off
-  std::array<float, kArea> gradient_x;  // mean taken off
-  std::array<float, kArea> gradient_y;
-  float energy = 0.0F;                  // sum of squares of value
-  float value_gradient_x = 0.0F;        // sum of value times gradient
+  Patch value;  // mean taken off, like both gradients
+  Patch gradient_x;
+  Patch gradient_y;
+  float energy = 0.0F;            // sum of squares of value
+  float value_gradient_x = 0.0F;  // sum of value times gradient
   float value_gradient_y = 0.0F;
   Eigen::Matrix2f inverse_hessian;
 };
@@ -33,18 +36,14 @@ float bilinear(const cv::Mat& image, float x, float y) {
   const float fy = y - static_cast<float>(row);
   const uchar* upper = image.ptr<uchar>(row) + column;
   const uchar* lower = image.ptr<uchar>(row + 1) + column;
-  return (1.0F - fy) * ((1.0F - fx) * upper[0] + fx * upper[1]) + fy * ((1.0F - fx) * lower[0] + fx * lower[1]);
-}
-
-void takeMeanOff(std::array<float, kArea>& values) {
-  float sum = 0.0F;
-  for (const float v : values) sum += v;
-  for (float& v : values) v -= sum / kArea;
+  return (1.0F - fy) * ((1.0F - fx) * upper[0] + fx * upper[1]) +
+         fy * ((1.0F - fx) * lower[0] + fx * lower[1]);
 }
 
 /// Samples the source image so that the template looks as the target level should.
 /// @param step source-level pixels per target-level pixel.
-bool makeTemplate(const cv::Mat& image, const Eigen::Vector2d& centre, const Eigen::Matrix2d& step, Template& patch) {
+bool makeTemplate(const cv::Mat& image, const Eigen::Vector2d& centre, const Eigen::Matrix2d& step,
+                  Template& patch) {
   constexpr double kMiddle = 0.5 * (kRim - 1);
   const Eigen::Vector2d reach = kMiddle * step.cwiseAbs().rowwise().sum();
   if (!((centre - reach).minCoeff() >= 0.0) || !(centre.x() + reach.x() < image.cols - 1) ||
@@ -62,28 +61,22 @@ bool makeTemplate(const cv::Mat& image, const Eigen::Vector2d& centre, const Eig
   }
   for (int v = 0; v < kSize; ++v) {
     for (int u = 0; u < kSize; ++u) {
-      const std::size_t i = static_cast<std::size_t>(v * kSize + u);
+      const int i = v * kSize + u;
       const float* at = &rim[static_cast<std::size_t>((v + 1) * kRim + u + 1)];
       patch.value[i] = at[0];
       patch.gradient_x[i] = 0.5F * (at[1] - at[-1]);
       patch.gradient_y[i] = 0.5F * (at[kRim] - at[-kRim]);
     }
   }
-  takeMeanOff(patch.value);
-  takeMeanOff(patch.gradient_x);
-  takeMeanOff(patch.gradient_y);
-  float xx = 0.0F;
-  float xy = 0.0F;
-  float yy = 0.0F;
-  patch.energy = patch.value_gradient_x = patch.value_gradient_y = 0.0F;
-  for (std::size_t i = 0; i < kArea; ++i) {
-    xx += patch.gradient_x[i] * patch.gradient_x[i];
-    xy += patch.gradient_x[i] * patch.gradient_y[i];
-    yy += patch.gradient_y[i] * patch.gradient_y[i];
-    patch.energy += patch.value[i] * patch.value[i];
-    patch.value_gradient_x += patch.value[i] * patch.gradient_x[i];
-    patch.value_gradient_y += patch.value[i] * patch.gradient_y[i];
-  }
+  patch.value -= patch.value.mean();
+  patch.gradient_x -= patch.gradient_x.mean();
+  patch.gradient_y -= patch.gradient_y.mean();
+  const float xx = patch.gradient_x.square().sum();
+  const float xy = (patch.gradient_x * patch.gradient_y).sum();
+  const float yy = patch.gradient_y.square().sum();
+  patch.energy = patch.value.square().sum();
+  patch.value_gradient_x = (patch.value * patch.gradient_x).sum();
+  patch.value_gradient_y = (patch.value * patch.gradient_y).sum();
   const float determinant = xx * yy - xy * xy;
   const float trace = xx + yy;
   // Both eigenvalues must be sizeable: along an edge the patch could slide.
@@ -94,7 +87,7 @@ bool makeTemplate(const cv::Mat& image, const Eigen::Vector2d& centre, const Eig
 }
 
 /// Grey values of the upright patch around `centre`, mean taken off; false outside the image.
-bool samplePatch(const cv::Mat& image, const Eigen::Vector2f& centre, std::array<float, kArea>& values) {
+bool samplePatch(const cv::Mat& image, const Eigen::Vector2f& centre, Patch& values) {
   constexpr float kMiddle = 0.5F * (kSize - 1);
   const float left = centre.x() - kMiddle;
   const float top = centre.y() - kMiddle;
@@ -113,12 +106,12 @@ bool samplePatch(const cv::Mat& image, const Eigen::Vector2f& centre, std::array
   for (int v = 0; v < kSize; ++v) {
     const uchar* upper = image.ptr<uchar>(row + v) + column;
     const uchar* lower = image.ptr<uchar>(row + v + 1) + column;
-    float* out = &values[static_cast<std::size_t>(v * kSize)];
+    float* out = values.data() + v * kSize;
     for (int u = 0; u < kSize; ++u) {
       out[u] = w00 * upper[u] + w01 * upper[u + 1] + w10 * lower[u] + w11 * lower[u + 1];
     }
   }
-  takeMeanOff(values);
+  values -= values.mean();
   return true;
 }
 
@@ -141,41 +134,37 @@ std::optional<PatchMatch> alignPatch(const PatchSource& source, const ImagePyram
   const double determinant = target_from_source.determinant();
   if (!(determinant > 0.01) || !(determinant < 100.0)) return std::nullopt;
   const double magnification = std::sqrt(determinant);
-  // Measure where a pixel covers what it covered when the feature was found, and sample the source as coarsely.
+  // Measure where a pixel covers what it covered when the feature was found, and sample the source as
+  // coarsely.
   const int level = nearestLevel(target, source.pyramid->scale(source.level) * magnification);
   const int source_level = nearestLevel(*source.pyramid, target.scale(level) / magnification);
 
   Template patch;
   const Eigen::Matrix2d step =
       target_from_source.inverse() * (target.scale(level) / source.pyramid->scale(source_level));
-  if (!makeTemplate(source.pyramid->image(source_level), source.pyramid->toLevel(source.raw, source_level), step,
-                    patch)) {
+  if (!makeTemplate(source.pyramid->image(source_level), source.pyramid->toLevel(source.raw, source_level),
+                    step, patch)) {
     return std::nullopt;
   }
 
   const cv::Mat& image = target.image(level);
   const Eigen::Vector2f begin = target.toLevel(start, level).cast<float>();
   Eigen::Vector2f at = begin;
-  std::array<float, kArea> values;
+  Patch values;
   const auto max_shift = static_cast<float>(limits.max_shift);
   float correlation = -1.0F;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     if (!samplePatch(image, at, values)) return std::nullopt;
-    float product = 0.0F;
-    float energy = 0.0F;
-    float along_x = 0.0F;
-    float along_y = 0.0F;
-    for (std::size_t i = 0; i < kArea; ++i) {
-      product += values[i] * patch.value[i];
-      energy += values[i] * values[i];
-      along_x += patch.gradient_x[i] * values[i];
-      along_y += patch.gradient_y[i] * values[i];
-    }
+    const float product = (values * patch.value).sum();
+    const float energy = values.square().sum();
+    const float along_x = (patch.gradient_x * values).sum();
+    const float along_y = (patch.gradient_y * values).sum();
     if (!(energy > 0.0F)) return std::nullopt;
     correlation = product / std::sqrt(energy * patch.energy);
     if (correlation < 0.2F) return std::nullopt;  // nothing in common: a step from here is a guess
     const float gain = product / patch.energy;
-    const Eigen::Vector2f gradient(along_x - gain * patch.value_gradient_x, along_y - gain * patch.value_gradient_y);
+    const Eigen::Vector2f gradient(along_x - gain * patch.value_gradient_x,
+                                   along_y - gain * patch.value_gradient_y);
     const Eigen::Vector2f step_back = patch.inverse_hessian * gradient / gain;
     at -= step_back;
     if (!((at - begin).squaredNorm() <= max_shift * max_shift)) return std::nullopt;

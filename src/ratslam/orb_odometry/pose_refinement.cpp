@@ -20,8 +20,8 @@ struct NormalEquations {
 
 /// @param gate_active in the first round nothing is left out: the initial pose may be far off.
 NormalEquations accumulate(const CameraModel& camera, const RigidTransform& pose,
-                           const std::vector<PoseObservation>& observations, const RobustLoss& loss, double sigma,
-                           bool gate_active) {
+                           const std::vector<PoseObservation>& observations, const RobustLoss& loss,
+                           double sigma, bool gate_active) {
   NormalEquations equations;
   const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
   for (const PoseObservation& observation : observations) {

@@ -32,8 +32,8 @@ Eigen::Vector3d logRotation(const Eigen::Quaterniond& rotation) {
   const Eigen::Vector3d v = sign * rotation.vec();
   const double sine = v.norm();
   const double w = sign * rotation.w();
-  const double factor = sine < kSmallAngle ? 2.0 / w - 2.0 * sine * sine / (3.0 * w * w * w)
-                                           : 2.0 * std::atan2(sine, w) / sine;
+  const double factor =
+      sine < kSmallAngle ? 2.0 / w - 2.0 * sine * sine / (3.0 * w * w * w) : 2.0 * std::atan2(sine, w) / sine;
   return factor * v;
 }
 

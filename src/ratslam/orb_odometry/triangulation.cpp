@@ -36,7 +36,8 @@ class EpipolarSearch {
     const Eigen::Vector2d end = camera_.project(near);
     const double length = (end - begin).norm();
     if (!(length < kLongest)) return -1;
-    const Eigen::Vector2d direction = length > 1e-9 ? Eigen::Vector2d((end - begin) / length) : Eigen::Vector2d(1, 0);
+    const Eigen::Vector2d direction =
+        length > 1e-9 ? Eigen::Vector2d((end - begin) / length) : Eigen::Vector2d(1, 0);
     const double scale = from_.pyramid.scale(feature.level);
     const double reach = max_error_ * scale;
 
@@ -62,13 +63,13 @@ class EpipolarSearch {
   }
 
  private:
-  static constexpr double kNearest = 1.5;      // baselines
-  static constexpr double kMinZ = 0.05;        // of the distance: rays nearer to sideways leave any lens
-  static constexpr double kLongest = 400.0;    // of an epipolar segment [px]
-  static constexpr double kStep = 16.0;        // along it [px]
-  static constexpr int kMaxDistance = 60;      // [bits]
+  static constexpr double kNearest = 1.5;    // baselines
+  static constexpr double kMinZ = 0.05;      // of the distance: rays nearer to sideways leave any lens
+  static constexpr double kLongest = 400.0;  // of an epipolar segment [px]
+  static constexpr double kStep = 16.0;      // along it [px]
+  static constexpr int kMaxDistance = 60;    // [bits]
   static constexpr double kMaxRatio = 0.85;
-  static constexpr float kMaxTurn = 30.0F;     // of a feature's direction [deg]
+  static constexpr float kMaxTurn = 30.0F;  // of a feature's direction [deg]
 
   struct Best {
     int feature = -1;
@@ -87,8 +88,9 @@ class EpipolarSearch {
     if (turn > kMaxTurn) return;
     const int distance = hammingDistance(from_.descriptor(feature_index), to_.descriptor(candidate_index));
     const bool same_corner =
-        best.feature >= 0 && (to_.features[static_cast<std::size_t>(best.feature)].pixel - candidate.pixel)
-                                     .squaredNorm() < 9.0 * scale * scale;
+        best.feature >= 0 &&
+        (to_.features[static_cast<std::size_t>(best.feature)].pixel - candidate.pixel).squaredNorm() <
+            9.0 * scale * scale;
     if (distance < best.distance) {
       if (!same_corner && best.feature >= 0) best.second = best.distance;
       best.distance = distance;
@@ -121,7 +123,8 @@ std::vector<bool> explainedFeatures(const Frame& frame, double spacing) {
   return explained;
 }
 
-bool reprojectsWithin(const CameraModel& camera, const Eigen::Vector3d& point, const View& view, double max_error) {
+bool reprojectsWithin(const CameraModel& camera, const Eigen::Vector3d& point, const View& view,
+                      double max_error) {
   const Reprojection reprojection = reproject(camera, view.T_camera_world * point, view.pixel);
   return reprojection.depth > 0.0 && reprojection.error.norm() <= max_error * view.sigma;
 }
@@ -141,7 +144,8 @@ class Candidate {
     const Feature& target = neighbour.frame->features[static_cast<std::size_t>(match)];
     views_.resize(1);
     keyframes_.resize(1);
-    views_.push_back({neighbour.frame->T_camera_world, target.pixel, neighbour.frame->pyramid.scale(target.level)});
+    views_.push_back(
+        {neighbour.frame->T_camera_world, target.pixel, neighbour.frame->pyramid.scale(target.level)});
     const auto rough = triangulate(camera_, views_);
     if (!rough || parallax(*rough, views_) < 0.5 * degreesToRadians(params.min_parallax_deg)) return false;
     point_ = *rough;
@@ -288,12 +292,14 @@ int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationPa
   }
 
   std::vector<bool> explained = explainedFeatures(newest, params.spacing);
+  const std::size_t searched = std::min(neighbours.size(), static_cast<std::size_t>(params.searched));
   int added = 0;
-  for (int feature = 0; feature < static_cast<int>(newest.features.size()) && added < params.max_new; ++feature) {
+  for (int feature = 0; feature < static_cast<int>(newest.features.size()) && added < params.max_new;
+       ++feature) {
     if (explained[static_cast<std::size_t>(feature)]) continue;
     Candidate candidate(camera, map, feature);
     bool settled = false;
-    for (std::size_t n = 0; n < neighbours.size() && !settled; ++n) {
+    for (std::size_t n = 0; n < searched && !settled; ++n) {
       const int match = searches[n].find(feature, taken[n]);
       if (match < 0 || !candidate.start(*neighbours[n], match, params)) continue;
       for (std::size_t other = 0; other < neighbours.size(); ++other) {
@@ -307,10 +313,12 @@ int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationPa
     Landmark landmark = candidate.landmark();
     const LandmarkObservation here = landmark.observations.back();
     const LandmarkId id = map.addLandmark(std::move(landmark));
-    newest.observations.push_back({id, here.pixel, here.sigma, newest.features[static_cast<std::size_t>(feature)].level});
+    newest.observations.push_back(
+        {id, here.pixel, here.sigma, newest.features[static_cast<std::size_t>(feature)].level});
     newest.grid.forEachNear(here.pixel, params.spacing, [&](int i) {
       const Eigen::Vector2d apart = newest.features[static_cast<std::size_t>(i)].pixel - here.pixel;
-      if (apart.squaredNorm() < params.spacing * params.spacing) explained[static_cast<std::size_t>(i)] = true;
+      if (apart.squaredNorm() < params.spacing * params.spacing)
+        explained[static_cast<std::size_t>(i)] = true;
     });
     ++added;
   }

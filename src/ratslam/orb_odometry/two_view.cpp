@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMinMatches = 16;
 constexpr double kConfidence = 0.9999;
 constexpr double kHomographyShare = 0.5;  // of the two scores: above it the scene counts as flat
-constexpr double kClearlyBest = 0.75;     // the second best solution may have at most this share of the points
+constexpr double kClearlyBest = 0.75;  // the second best solution may have at most this share of the points
 
 std::vector<cv::Point2d> toPoints(const std::vector<Eigen::Vector2d>& pixels) {
   std::vector<cv::Point2d> points;
@@ -37,8 +37,8 @@ double epipolarError(const Eigen::Matrix3d& fundamental, const Eigen::Vector2d& 
   return distance * distance / line.head<2>().squaredNorm();
 }
 
-/// Sum of what each match's errors in both images leave of the allowance `limit`; chi-square bounds of two and one
-/// degree of freedom make the two models comparable.
+/// Sum of what each match's errors in both images leave of the allowance `limit`; chi-square bounds of two
+/// and one degree of freedom make the two models comparable.
 template <class Error>
 double score(std::size_t matches, double bound, double limit, const Error& error) {
   double sum = 0.0;
@@ -64,12 +64,14 @@ std::vector<RigidTransform> decomposeEssential(const Eigen::Matrix3d& essential)
   for (const cv::Mat& rotation : {rotation_a, rotation_b}) {
     Eigen::Matrix3d r;
     cv::cv2eigen(rotation, r);
-    for (const double sign : {1.0, -1.0}) motions.push_back({Eigen::Quaterniond(r).normalized(), sign * t.normalized()});
+    for (const double sign : {1.0, -1.0})
+      motions.push_back({Eigen::Quaterniond(r).normalized(), sign * t.normalized()});
   }
   return motions;
 }
 
-std::vector<RigidTransform> decomposeHomography(const CameraModel& camera, const Eigen::Matrix3d& homography) {
+std::vector<RigidTransform> decomposeHomography(const CameraModel& camera,
+                                                const Eigen::Matrix3d& homography) {
   cv::Mat h;
   cv::Mat k;
   cv::eigen2cv(homography, h);
@@ -91,8 +93,8 @@ std::vector<RigidTransform> decomposeHomography(const CameraModel& camera, const
 }
 
 TwoViewMotion triangulateAll(const CameraModel& camera, const RigidTransform& motion,
-                             const std::vector<Eigen::Vector2d>& first, const std::vector<Eigen::Vector2d>& second,
-                             double max_error) {
+                             const std::vector<Eigen::Vector2d>& first,
+                             const std::vector<Eigen::Vector2d>& second, double max_error) {
   TwoViewMotion result;
   result.T_second_first = motion;
   result.points.resize(first.size());
@@ -144,17 +146,21 @@ std::optional<TwoViewMotion> estimateTwoViewMotion(const CameraModel& camera,
   if (h.rows == 3) {
     cv::cv2eigen(h, homography);
     const Eigen::Matrix3d back = homography.inverse();
-    homography_score = score(first.size(), kTwoFreedoms * unit, kTwoFreedoms * unit, [&](std::size_t i, bool forth) {
-      return forth ? transferError(homography, first[i], second[i]) : transferError(back, second[i], first[i]);
-    });
+    homography_score =
+        score(first.size(), kTwoFreedoms * unit, kTwoFreedoms * unit, [&](std::size_t i, bool forth) {
+          return forth ? transferError(homography, first[i], second[i])
+                       : transferError(back, second[i], first[i]);
+        });
   }
   if (e.rows == 3) {
     cv::cv2eigen(e, essential);
     const Eigen::Matrix3d inverse = camera_matrix.inverse();
     const Eigen::Matrix3d f = inverse.transpose() * essential * inverse;
-    essential_score = score(first.size(), kOneFreedom * unit, kTwoFreedoms * unit, [&](std::size_t i, bool forth) {
-      return forth ? epipolarError(f, first[i], second[i]) : epipolarError(f.transpose(), second[i], first[i]);
-    });
+    essential_score =
+        score(first.size(), kOneFreedom * unit, kTwoFreedoms * unit, [&](std::size_t i, bool forth) {
+          return forth ? epipolarError(f, first[i], second[i])
+                       : epipolarError(f.transpose(), second[i], first[i]);
+        });
   }
   const double total = homography_score + essential_score;
   if (!(total > 0.0)) return std::nullopt;

@@ -86,7 +86,8 @@ std::vector<double> relativeErrors(const CameraModel& camera, const Window& wind
     const Eigen::Vector3d x = window.problem.poses[static_cast<std::size_t>(observation.pose)] *
                               window.problem.points[static_cast<std::size_t>(observation.point)];
     const Reprojection reprojection = reproject(camera, x, observation.pixel);
-    errors.push_back(reprojection.depth > 0.0 ? reprojection.error.norm() / window.observation[i]->sigma : -1.0);
+    errors.push_back(reprojection.depth > 0.0 ? reprojection.error.norm() / window.observation[i]->sigma
+                                              : -1.0);
   }
   return errors;
 }

@@ -32,6 +32,7 @@ PipelineParams PipelineParams::fromMap(const ParameterMap& map) {
   map.read(params.profile_odometry);
   map.read(params.orb_odometry);
   map.read(params.camera);
+  map.read(params.recall_geometry);
   return params;
 }
 
@@ -53,11 +54,24 @@ OdometrySource orbOdometry(const PipelineParams& params, const CameraModel& came
              Stamp stamp, const cv::Mat& image) { return odometry->track(stamp, image).sample; };
 }
 
-Pipeline::Pipeline(const PipelineParams& params, OdometrySource odometry)
+Pipeline::Pipeline(const PipelineParams& params, OdometrySource odometry,
+                   const std::optional<CameraModel>& camera)
     : odometry_(std::move(odometry)),
       local_view_(params.local_view),
       pose_cells_(params.pose_cells),
-      map_(params.experience_map, false) {}
+      map_(params.experience_map, params.recall_geometry.verifies()) {
+  if (!params.recall_geometry.verifies()) return;
+  if (!camera) throwBadValue("vt_verify", params.recall_geometry.verify, "it needs the camera's calibration");
+  recall_check_ = std::make_unique<RecallCheck>(params.recall_geometry, *camera);
+}
+
+ViewEvent Pipeline::observe(Stamp stamp, const cv::Mat& image) {
+  if (!recall_check_) return local_view_.observe(stamp, image);
+  RecallGeometry geometry;
+  const ViewEvent view = recall_check_->observe(local_view_, stamp, image, geometry);
+  map_.addGeometry(geometry);
+  return view;
+}
 
 Pipeline::Progress Pipeline::addImage(Stamp stamp, const cv::Mat& image) {
   Progress progress;
@@ -70,7 +84,7 @@ Pipeline::Progress Pipeline::addImage(Stamp stamp, const cv::Mat& image) {
   }
   {
     const Stopwatch watch(times_.local_view);
-    progress.views.push_back(local_view_.observe(stamp, image));
+    progress.views.push_back(observe(stamp, image));
   }
   pose_cells_.addView(progress.views.back());
   drain(progress);

@@ -70,9 +70,8 @@ void ActivityGrid::cover(const std::vector<Box>& boxes) {
   for (Box box : boxes) {
     for (const std::size_t axis : {kColumn, kRow, kLayer})
       if (box[axis].length >= sizes_[axis]) box[axis] = {0, sizes_[axis]};
-    boxes_.push_back(box);
+    mergeInto(boxes_, box, sizes_, 0);
   }
-  coalesce(boxes_, sizes_, 0);
 }
 
 }  // namespace ratslam

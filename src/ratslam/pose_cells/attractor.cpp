@@ -19,8 +19,7 @@ Attractor::Attractor(const PoseCellParams& params, SimdLevel level)
 
 double Attractor::iterate(ActivityGrid& grid, double model_sum) {
   const double phi = global_inhibition_ / model_sum;
-  std::vector<Box> packets = grid.boxes();
-  coalesce(packets, grid.sizes(), reach_);
+  const std::vector<Box> packets = coalesced(grid.boxes(), grid.sizes(), reach_);
   std::array<double, kRowQuantum> sums{};
   std::vector<Box> left;
   for (const Box& packet : packets) {

@@ -57,17 +57,16 @@ PathIntegrator::Motion PathIntegrator::motionOf(double distance, double rotation
   motion.sub_steps = std::ceil(std::abs(cells));
   if (motion.sub_steps > 0.0) motion.cells = cells / motion.sub_steps;
   motion.reach = static_cast<int>(std::min(motion.sub_steps, params_.n_xy - 1.0));
-  const double layers = wrapCoordinate(wrapAngle(rotation) * params_.n_th / (2.0 * kPi), params_.n_th);
-  motion.whole_layers = static_cast<int>(layers);
+  const double layers = wrapAngle(rotation) * params_.n_th / (2.0 * kPi);
+  motion.whole_layers = static_cast<int>(std::floor(layers));
   motion.part_layer = layers - motion.whole_layers;
   return motion;
 }
 
 double PathIntegrator::integrate(ActivityGrid& grid, double distance, double rotation, double sum) {
   const Motion motion = motionOf(distance, rotation);
-  std::vector<Box> boxes = grid.boxes();
   // Packets farther apart than this cannot show up in each other's rows, nor arrive at the same cells.
-  coalesce(boxes, grid.sizes(), 2 * motion.reach + 1);
+  const std::vector<Box> boxes = coalesced(grid.boxes(), grid.sizes(), 2 * motion.reach + 1);
   if (packets_.size() < boxes.size()) packets_.resize(boxes.size());
   lost_ = 0.0;
   for (std::size_t b = 0; b < boxes.size(); ++b) move(grid, boxes[b], motion, 1.0 / sum, packets_[b]);

@@ -30,25 +30,24 @@ Span hull(const Span& a, const Span& b, int size) {
 
 }  // namespace
 
-Span widened(const Span& span, int margin, int size) {
-  if (span.length + 2 * margin >= size) return {0, size};
-  return {wrapIndex(span.begin - margin, size), span.length + 2 * margin};
-}
-
-void coalesce(std::vector<Box>& boxes, const RingSizes& sizes, int margin) {
-  std::size_t a = 0;
-  while (a < boxes.size()) {
-    std::size_t b = a + 1;
-    while (b < boxes.size() && !isNear(boxes[a], boxes[b], margin, sizes)) ++b;
-    if (b == boxes.size()) {
-      ++a;
+void mergeInto(std::vector<Box>& boxes, Box box, const RingSizes& sizes, int margin) {
+  for (std::size_t b = 0; b < boxes.size();) {
+    if (!isNear(box, boxes[b], margin, sizes)) {
+      ++b;
       continue;
     }
     for (const std::size_t axis : {kColumn, kRow, kLayer})
-      boxes[a][axis] = hull(boxes[a][axis], boxes[b][axis], sizes[axis]);
+      box[axis] = hull(box[axis], boxes[b][axis], sizes[axis]);
     boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(b));
-    a = 0;  // the grown box may be near to those passed over before
+    b = 0;  // the grown box may be near to those passed over before
   }
+  boxes.push_back(box);
+}
+
+std::vector<Box> coalesced(const std::vector<Box>& boxes, const RingSizes& sizes, int margin) {
+  std::vector<Box> merged;
+  for (const Box& box : boxes) mergeInto(merged, box, sizes, margin);
+  return merged;
 }
 
 std::vector<Span> occupiedSpans(const double* values, int size, bool ring, int min_gap) {

@@ -8,7 +8,7 @@
 namespace ratslam {
 namespace {
 
-constexpr int kTile = 64;  // [px]; visibility of a tile fits in the second-level cache
+constexpr int kTile = 32;  // [px]; visibility of a tile fits in the first-level cache
 constexpr int kSamples = 4;
 constexpr std::array<double, kSamples> kSampleX{-0.125, 0.375, -0.375, 0.125};
 constexpr std::array<double, kSamples> kSampleY{-0.375, -0.125, 0.125, 0.375};
@@ -19,6 +19,18 @@ constexpr float kLayerLead = 0.002F;  // share of 1/depth by which a layer is ah
 struct Visibility {
   std::array<std::array<float, kTile * kTile>, kSamples> inverse_depth;
   std::array<std::array<std::uint32_t, kTile * kTile>, kSamples> surface;
+
+  float farthest(int columns, int rows) const {
+    float least = inverse_depth[0][0];
+    for (const auto& plane : inverse_depth)
+      for (int row = 0; row < rows; ++row) {
+        const float* const begin = plane.data() + static_cast<std::size_t>(row * kTile);
+        for (int column = 0; column < columns; ++column)
+          least = begin[column] < least ? begin[column] : least;
+        if (least == 0.0F) return least;
+      }
+    return least;
+  }
 };
 
 int firstPixelAtOrAfter(double x) { return static_cast<int>(std::ceil(x)); }
@@ -93,9 +105,19 @@ void Rasteriser::drawTile(Tile& tile, const std::vector<ScreenTriangle>& triangl
   for (auto& plane : visibility->inverse_depth) plane.fill(0.0F);
   for (auto& plane : visibility->surface) plane.fill(kSky);
 
+  // Triangles come roughly from near to far: once a tile is filled, most of what follows is hidden as a
+  // whole.
+  float farthest = 0.0F;  // smallest 1/depth in the tile
+  constexpr int kLookEvery = 48;
+  int until_look = kLookEvery;
   for (const std::uint32_t number : tile.triangles) {
     const ScreenTriangle& triangle = triangles[number];
     const float lead = 1.0F + kLayerLead * static_cast<float>(triangle.layer);
+    if (triangle.nearest * lead < farthest) continue;
+    if (--until_look == 0) {
+      farthest = visibility->farthest(tile.x1 - tile.x0, tile.y1 - tile.y0);
+      until_look = kLookEvery;
+    }
     const float slope = static_cast<float>(triangle.inverse_depth.x) * lead;
     const int y_end = std::min(tile.y1, triangle.y_last + 1);
     for (int row = std::max(tile.y0, triangle.y_first); row < y_end; ++row)

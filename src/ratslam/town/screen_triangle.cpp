@@ -79,6 +79,9 @@ std::optional<ScreenTriangle> projectTriangle(const MeshTriangle& triangle,
         top.y(), bottom.y(), top.x(), (bottom.x() - top.x()) / (bottom.y() - top.y())};
   }
 
+  const double depth = std::max(kNearPlane, std::min({p[0].z(), p[1].z(), p[2].z()}));
+  screen.nearest = static_cast<float>(1.0 / depth) * 1.0001F;  // beyond any rounding
+
   const auto field = [&](double at0, double at1, double at2) {
     const Eigen::Vector3d normal = (at0 * n[0] + at1 * n[1] + at2 * n[2]) / det;
     const double x = normal.x() / camera.fx;

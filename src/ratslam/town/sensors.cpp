@@ -131,7 +131,7 @@ GpsFix DriveSensors::gps(std::size_t frame) const {
   fix.speed = std::hypot(motion.x(), motion.z());
   const double degrees = radiansToDegrees(fix.speed > 0.3 ? std::atan2(motion.x(), motion.z())
                                                           : bearing(drive_.poses[frame].T_world_camera));
-  fix.bearing = degrees < 0.0 ? degrees + 360.0 : degrees;
+  fix.bearing = std::fmod(std::round(degrees * 100.0) / 100.0 + 360.0, 360.0);  // receivers give hundredths
   return fix;
 }
 

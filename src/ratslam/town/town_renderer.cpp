@@ -51,6 +51,9 @@ RasterImage TownRenderer::draw(const Eigen::Isometry3d& T_world_camera,
   }
   std::stable_sort(visible.begin(), visible.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::size_t most = moving.size();
+  for (const auto& [distance, chunk] : visible) most += chunk->triangles.size();
+  triangles.reserve(most / 2);  // about half of them face away
   for (const auto& [distance, chunk] : visible) project(chunk->triangles);
   project(moving);
   return rasteriser_.draw(triangles, T_world_camera.linear().cast<float>(), with_depth);

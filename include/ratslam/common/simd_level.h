@@ -1,4 +1,4 @@
-/// Instruction sets that the template search can use. All of them give the same results.
+/// Instruction sets that vectorised code chooses from at run time. All of them give the same results.
 #pragma once
 
 #include <vector>

@@ -1,0 +1,149 @@
+#include "sliding_sad.h"
+
+#include <algorithm>
+#include <limits>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace ratslam {
+namespace {
+
+constexpr std::size_t kSlides = 3;     // groups of 4 shifts that share what is loaded of a template
+constexpr std::size_t kMaxQuads = 64;  // 4 differences of bytes each, so that their sum stays below 2^16
+
+}  // namespace
+
+SlidingShape::SlidingShape(std::size_t columns, std::size_t rows_, std::size_t shifts)
+    : rows(rows_),
+      shift_count(shifts),
+      compared(columns + 1 - shifts),
+      quads((compared + 3) / 4),
+      row_chunks((columns + 3 + 7) / 8) {
+  const std::size_t slides = (shift_count + 4 * kSlides - 1) / (4 * kSlides) * kSlides;
+  // The last 8 bytes read of a row begin at this quad, and may reach into the chunk after its own.
+  const std::size_t last_quad = quads - 1 + slides - 1;
+  excess_chunk = (rows - 1) * row_chunks + std::max(row_chunks, (last_quad + 1) / 2 + 1);
+  group_chunks = excess_chunk + slides;
+}
+
+bool SlidingShape::isSupported() const {
+  return quads <= kMaxQuads && rows * 3 * 255 <= std::numeric_limits<std::uint16_t>::max();
+}
+
+std::uint16_t slidingExcess(const SlidingShape& shape, const std::vector<std::uint8_t>& bytes,
+                            std::size_t shift) {
+  const std::size_t columns = bytes.size() / shape.rows;
+  const std::size_t begin = std::min(shift + shape.compared, columns) * shape.rows;
+  const std::size_t end = std::min(shift + shape.quads * 4, columns) * shape.rows;
+  std::uint32_t sum = 0;
+  for (std::size_t i = begin; i < end; ++i) sum += bytes[i];
+  return static_cast<std::uint16_t>(sum);
+}
+
+#if defined(__x86_64__)
+
+#define RATSLAM_AVX512 __attribute__((target("avx512f,avx512bw")))
+
+namespace {
+
+/// 16-bit sums of 4 shifts in each of 8 templates, and what they were before they could overflow.
+struct SlideSums {
+  __m512i words;
+  __m512i even;  // of shifts 0 and 2, 32 bits each
+  __m512i odd;   // of shifts 1 and 3
+};
+
+RATSLAM_AVX512 inline void widen(SlideSums& sums) {
+  sums.even = _mm512_add_epi32(sums.even, _mm512_and_si512(sums.words, _mm512_set1_epi32(0xffff)));
+  sums.odd = _mm512_add_epi32(sums.odd, _mm512_maskz_srli_epi32(0xffff, sums.words, 16));
+  sums.words = _mm512_setzero_si512();
+}
+
+RATSLAM_AVX512 inline void addQuad(SlideSums& sums, const std::uint32_t& quad, __m512i learned) {
+  const __m512i view = _mm512_set1_epi32(static_cast<int>(quad));
+  constexpr int kAsTheyAre = 0xe4;
+  sums.words = _mm512_add_epi16(sums.words, _mm512_dbsad_epu8(view, learned, kAsTheyAre));
+}
+
+/// 8 bytes of each template from quad number `quad` of a row on. From an odd quad on these are second halves
+/// of a chunk and first halves of the next: loads displaced by half of 8 bytes put them in place without a
+/// permutation, for which dbsad leaves no time.
+RATSLAM_AVX512 inline __m512i learnedFrom(const std::uint8_t* row, std::size_t quad) {
+  const std::uint8_t* chunk = row + quad / 2 * 64;
+  if (quad % 2 == 0) return _mm512_load_si512(chunk);
+  return _mm512_mask_loadu_epi32(_mm512_loadu_si512(chunk + 4), 0xaaaa, chunk + 64 - 4);
+}
+
+inline void prefetch(const std::uint8_t* chunks, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) _mm_prefetch(chunks + i * 64, _MM_HINT_T0);
+}
+
+/// The smaller of `least` and the sums of the shifts first, first + 1, ... first + 3, where they exist.
+RATSLAM_AVX512 inline __m512i leastOf(__m512i least, const SlideSums& sums, const std::uint8_t* excess,
+                                      std::size_t first, std::size_t count) {
+  const __m512i words = _mm512_load_si512(excess);
+  const __m512i even = _mm512_sub_epi32(sums.even, _mm512_and_si512(words, _mm512_set1_epi32(0xffff)));
+  const __m512i odd = _mm512_sub_epi32(sums.odd, _mm512_maskz_srli_epi32(0xffff, words, 16));
+  const auto beyond = [&](std::size_t shift) { return first + shift < count ? 0LL : 0xffffffffLL; };
+  const __m512i no_even = _mm512_set1_epi64(beyond(2) << 32 | beyond(0));
+  const __m512i no_odd = _mm512_set1_epi64(beyond(3) << 32 | beyond(1));
+  least = _mm512_maskz_min_epu32(0xffff, least, _mm512_or_si512(even, no_even));
+  return _mm512_maskz_min_epu32(0xffff, least, _mm512_or_si512(odd, no_odd));
+}
+
+/// Adds the quads [0, shape.quads) of a row of the view, which meet those from `slide`, slide + 1 and slide +
+/// 2 on of a row of the templates.
+RATSLAM_AVX512 inline void addRow(const std::uint8_t* row, const std::uint32_t* view, std::size_t quads,
+                                  std::size_t slide, SlideSums (&sums)[kSlides]) {
+  __m512i first = learnedFrom(row, slide);
+  __m512i second = learnedFrom(row, slide + 1);
+  for (std::size_t q = 0; q < quads; ++q) {
+    const __m512i third = learnedFrom(row, slide + q + 2);
+    addQuad(sums[0], view[q], first);
+    addQuad(sums[1], view[q], second);
+    addQuad(sums[2], view[q], third);
+    first = second;
+    second = third;
+  }
+}
+
+}  // namespace
+
+RATSLAM_AVX512 void smallestSlidingSads(const std::uint8_t* groups, std::size_t group_count,
+                                        const SlidingShape& shape, const std::vector<std::uint32_t>& view,
+                                        std::uint32_t* smallest) {
+  const std::size_t rows_held = kMaxQuads / shape.quads;  // by 16-bit sums
+  for (std::size_t group = 0; group < group_count; ++group) {
+    const std::uint8_t* bytes = groups + group * shape.group_chunks * 64;
+    __m512i least = _mm512_set1_epi32(-1);
+    for (std::size_t slide = 0; slide * 4 < shape.shift_count; slide += kSlides) {
+      const __m512i zero = _mm512_setzero_si512();
+      SlideSums sums[kSlides] = {{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
+      for (std::size_t begin = 0; begin < shape.rows; begin += rows_held) {
+        const std::size_t end = std::min(begin + rows_held, shape.rows);
+        for (std::size_t y = begin; y < end; ++y) {
+          // A bit of the next group with every row: all at once would stall.
+          const std::uint8_t* row = bytes + y * shape.row_chunks * 64;
+          if (group + 1 < group_count) prefetch(row + shape.group_chunks * 64, shape.row_chunks);
+          addRow(row, view.data() + y * shape.quads, shape.quads, slide, sums);
+        }
+        for (SlideSums& sum : sums) widen(sum);
+      }
+      for (std::size_t i = 0; i < kSlides; ++i) {
+        const std::uint8_t* excess = bytes + (shape.excess_chunk + slide + i) * 64;
+        least = leastOf(least, sums[i], excess, 4 * (slide + i), shape.shift_count);
+      }
+    }
+    least = _mm512_maskz_min_epu32(0xffff, least, _mm512_maskz_srli_epi64(0xff, least, 32));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(smallest + group * 8),
+                        _mm512_maskz_cvtepi64_epi32(0xff, least));
+  }
+}
+
+#undef RATSLAM_AVX512
+
+#endif
+
+}  // namespace ratslam

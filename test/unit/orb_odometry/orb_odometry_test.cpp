@@ -1,0 +1,322 @@
+/// The whole odometry on rendered streets: what it must measure, and what it must survive.
+#include "ratslam/orb_odometry/orb_odometry.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+
+#include "ratslam/common/angles.h"
+#include "street_scene.h"
+
+namespace ratslam {
+namespace {
+
+using test::cameraAt;
+using test::smallCamera;
+using test::smallParams;
+using test::StreetScene;
+
+constexpr double kStep = 0.4;    // metres a frame
+constexpr double kPeriod = 0.1;  // seconds a frame
+
+class OrbOdometryOnAStreet : public testing::Test {
+ protected:
+  static const StreetScene& scene() {
+    static const StreetScene street;
+    return street;
+  }
+  static OrbOdometryParams metric() {
+    OrbOdometryParams params = smallParams();
+    params.camera_height = StreetScene::kCameraHeight;
+    return params;
+  }
+  /// Feeds images of the poses that `pose_of(frame)` gives; `spoil` may change them first.
+  std::vector<OrbResult> drive(
+      OrbOdometry& odometry, int frames, const std::function<RigidTransform(int)>& pose_of,
+      const std::function<void(int, cv::Mat&)>& spoil = [](int, cv::Mat&) {}) {
+    std::vector<OrbResult> results;
+    for (int i = 0; i < frames; ++i) {
+      cv::Mat image = scene().render(smallCamera(), pose_of(i));
+      spoil(i, image);
+      results.push_back(odometry.track(stampFromSeconds(kPeriod * next_frame_++), image));
+      EXPECT_TRUE(results.back().sample.pose->matrix().allFinite());
+      EXPECT_TRUE(results.back().twist.allFinite());
+      EXPECT_TRUE(results.back().covariance.allFinite());
+    }
+    return results;
+  }
+  static RigidTransform straight(int i) { return cameraAt(0.0, kStep * i); }
+  static Eigen::Vector3d place(const OrbResult& result) { return result.sample.pose->translation(); }
+  static double travelled(const std::vector<OrbResult>& results, std::size_t from, std::size_t to) {
+    return (place(results[to]) - place(results[from])).norm();
+  }
+
+  int next_frame_ = 0;
+};
+
+TEST_F(OrbOdometryOnAStreet, StartsWhileMovingAndIsMetricByTheRoad) {
+  OrbOdometry odometry(smallCamera(), metric());
+  const auto results = drive(odometry, 40, straight);
+  EXPECT_EQ(results.back().state, OrbState::kTracking);
+  EXPECT_EQ(odometry.restarts(), 0);
+  EXPECT_NEAR(travelled(results, 10, 39), 29 * kStep, 0.02 * 29 * kStep);
+  EXPECT_NEAR(results.back().sample.speed, kStep / kPeriod, 0.05 * kStep / kPeriod);
+  EXPECT_NEAR(results.back().sample.yaw_rate, 0.0, 0.01);
+  const Eigen::Vector3d path = place(results.back());
+  EXPECT_NEAR(path.y(), 0.0, 0.02 * path.x());
+  EXPECT_NEAR(path.z(), 0.0, 0.02 * path.x());
+}
+
+TEST_F(OrbOdometryOnAStreet, FirstTrackedFrameCarriesTheWholeMotionSinceTheStart) {
+  OrbOdometry odometry(smallCamera(), metric());
+  const auto results = drive(odometry, 12, straight);
+  RigidTransform sum;
+  bool tracked = false;
+  for (const OrbResult& result : results) {
+    if (result.state == OrbState::kInitialising) {
+      EXPECT_EQ(result.sample.speed, 0.0);
+    }
+    sum = sum * expTransform(result.twist * kPeriod);
+    if (!tracked && result.state == OrbState::kTracking) {
+      tracked = true;
+      EXPECT_LT((sum.translation - place(result)).norm(), 1e-9);
+    }
+  }
+  ASSERT_TRUE(tracked);
+}
+
+TEST_F(OrbOdometryOnAStreet, YawIsCounterClockwisePositive) {
+  OrbOdometry odometry(smallCamera(), metric());
+  const double turn = 0.012;  // to the left, per frame
+  const auto results = drive(odometry, 30, [&](int i) {
+    return cameraAt(-0.5 * kStep * turn * i * i, kStep * i, turn * i);
+  });
+  const Eigen::Vector3d forward = results.back().sample.pose->linear().col(0);
+  EXPECT_NEAR(std::atan2(forward.y(), forward.x()), 29 * turn, 0.01);
+  EXPECT_NEAR(results.back().sample.yaw_rate, turn / kPeriod, 0.02);
+}
+
+TEST_F(OrbOdometryOnAStreet, StandingCarDoesNotDrift) {
+  OrbOdometry odometry(smallCamera(), metric());
+  drive(odometry, 15, straight);
+  cv::RNG noise(5);
+  const auto results = drive(
+      odometry, 40, [](int) { return straight(14); },
+      [&](int, cv::Mat& image) {
+        cv::Mat grain(image.size(), CV_16SC1);
+        noise.fill(grain, cv::RNG::NORMAL, 0, 2.0);
+        cv::add(image, grain, image, cv::noArray(), CV_8U);
+      });
+  const int keyframes = results[1].keyframes;
+  for (std::size_t i = 2; i < results.size(); ++i) {
+    EXPECT_EQ(results[i].twist.norm(), 0.0) << i;
+    EXPECT_FALSE(results[i].keyframe);
+    EXPECT_EQ(results[i].keyframes, keyframes);
+    EXPECT_LT(travelled(results, 1, i), 1e-9);
+  }
+  const auto onwards = drive(odometry, 10, [](int i) { return straight(15 + i); });
+  EXPECT_EQ(odometry.restarts(), 0);
+  EXPECT_NEAR(travelled(onwards, 0, 9), 9 * kStep, 0.04 * 9 * kStep);
+}
+
+TEST_F(OrbOdometryOnAStreet, StandingAtTheStartIsNoMotion) {
+  OrbOdometry odometry(smallCamera(), metric());
+  for (const OrbResult& result : drive(odometry, 10, [](int) { return straight(0); })) {
+    EXPECT_EQ(result.state, OrbState::kInitialising);
+    EXPECT_EQ(result.twist.norm(), 0.0);
+  }
+  EXPECT_EQ(drive(odometry, 6, straight).back().state, OrbState::kTracking);
+}
+
+TEST_F(OrbOdometryOnAStreet, PureRotationTurnsWithoutMoving) {
+  OrbOdometry odometry(smallCamera(), metric());
+  drive(odometry, 15, straight);
+  const auto yaw_of = [](int i) { return 0.2 * std::sin(0.2 * i); };
+  const auto results = drive(odometry, 32, [&](int i) { return cameraAt(0.0, kStep * 14, yaw_of(i)); });
+  EXPECT_EQ(odometry.restarts(), 0);
+  for (std::size_t i = 1; i < results.size(); ++i) {
+    EXPECT_EQ(results[i].state, OrbState::kTracking);
+    EXPECT_LT(travelled(results, 0, i), 0.05);
+    EXPECT_NEAR(results[i].sample.yaw_rate * kPeriod, yaw_of(static_cast<int>(i)) - yaw_of(static_cast<int>(i) - 1),
+                0.003);
+  }
+}
+
+TEST_F(OrbOdometryOnAStreet, DroppedFramesCostNothing) {
+  OrbOdometry odometry(smallCamera(), metric());
+  std::vector<OrbResult> results;
+  for (int i = 0; i < 40; ++i) {
+    if (i == 20 || i == 27 || i == 28) continue;
+    results.push_back(odometry.track(stampFromSeconds(kPeriod * i), scene().render(smallCamera(), straight(i))));
+  }
+  EXPECT_EQ(odometry.restarts(), 0);
+  for (std::size_t i = 12; i < results.size(); ++i) {
+    EXPECT_EQ(results[i].state, OrbState::kTracking);
+    EXPECT_NEAR(results[i].sample.speed, kStep / kPeriod, 0.06 * kStep / kPeriod) << i;
+  }
+}
+
+TEST_F(OrbOdometryOnAStreet, CoastsOverBlindFramesAndFindsBack) {
+  for (const int grey : {0, 128, 255}) {
+    next_frame_ = 0;
+    OrbOdometry odometry(smallCamera(), metric());
+    const auto results = drive(odometry, 40, straight, [&](int i, cv::Mat& image) {
+      if (i >= 20 && i < 23) image.setTo(grey);
+    });
+    EXPECT_EQ(results[20].state, OrbState::kLost);
+    EXPECT_NEAR(results[22].sample.speed, kStep / kPeriod, 0.06 * kStep / kPeriod);
+    EXPECT_GT(results[22].covariance.trace(), results[19].covariance.trace());
+    EXPECT_EQ(results[25].state, OrbState::kTracking);
+    EXPECT_EQ(odometry.restarts(), 0);
+    EXPECT_NEAR(travelled(results, 10, 39), 29 * kStep, 0.03 * 29 * kStep);
+  }
+}
+
+TEST_F(OrbOdometryOnAStreet, FreshStartCarriesPoseAndScaleOn) {
+  for (const bool known_height : {true, false}) {
+    next_frame_ = 0;
+    OrbOdometryParams params = known_height ? metric() : smallParams();
+    params.ground_plane = known_height;
+    OrbOdometry odometry(smallCamera(), params);
+    const auto results = drive(odometry, 60, straight, [&](int i, cv::Mat& image) {
+      if (i >= 25 && i < 40) image.setTo(0);
+    });
+    EXPECT_EQ(odometry.restarts(), 1);
+    int restarted = 0;
+    for (const OrbResult& result : results) restarted += result.restarted ? 1 : 0;
+    EXPECT_EQ(restarted, 1);
+    EXPECT_EQ(results.back().state, OrbState::kTracking);
+    EXPECT_NEAR(results[58].sample.speed, results[24].sample.speed, 0.1 * results[24].sample.speed);
+    for (std::size_t i = 1; i < results.size(); ++i) {
+      EXPECT_LT(travelled(results, i - 1, i), 4.0 * results[24].sample.speed * kPeriod) << i;
+    }
+  }
+}
+
+TEST_F(OrbOdometryOnAStreet, GoesOnThroughWeakTexture) {
+  OrbOdometry odometry(smallCamera(), metric());
+  const auto results = drive(odometry, 35, straight, [](int i, cv::Mat& image) {
+    if (i >= 15) image.convertTo(image, CV_8U, 0.2, 100);
+  });
+  EXPECT_EQ(odometry.restarts(), 0);
+  EXPECT_EQ(results.back().state, OrbState::kTracking);
+  EXPECT_NEAR(travelled(results, 10, 34), 24 * kStep, 0.04 * 24 * kStep);
+}
+
+TEST_F(OrbOdometryOnAStreet, LargeMovingObjectAheadIsNotFollowed) {
+  // A textured van that keeps its distance: a third of the road ahead never moves in the image.
+  const cv::Mat van = scene().render(smallCamera(), cameraAt(2.0, 300.0))(cv::Rect(0, 60, 150, 75)).clone();
+  OrbOdometry odometry(smallCamera(), metric());
+  const auto results = drive(odometry, 45, straight, [&](int i, cv::Mat& image) {
+    if (i >= 12) van.copyTo(image(cv::Rect(165, 45, 150, 75)));
+  });
+  EXPECT_EQ(odometry.restarts(), 0);
+  EXPECT_NEAR(travelled(results, 14, 44), 30 * kStep, 0.04 * 30 * kStep);
+}
+
+TEST_F(OrbOdometryOnAStreet, ThereAndBackKeepsScaleAndSign) {
+  for (const bool known_height : {true, false}) {
+    next_frame_ = 0;
+    OrbOdometry odometry(smallCamera(), known_height ? metric() : smallParams());
+    const auto forth = drive(odometry, 35, straight);
+    const auto back = drive(odometry, 25, [](int i) { return straight(33 - i); });
+    EXPECT_EQ(odometry.restarts(), 0);
+    EXPECT_LT(back.back().sample.speed, 0.0);
+    const double out = travelled(forth, 20, 34) / 14.0;
+    const double home = travelled(back, 4, 24) / 20.0;
+    EXPECT_NEAR(home / out, 1.0, 0.04);
+    const double off = (place(back.back()) - place(forth[9])).norm();
+    EXPECT_LT(off, 0.04 * 50.0 * out);
+  }
+}
+
+TEST_F(OrbOdometryOnAStreet, NominalSpeedBringsTheUnitNearMetres) {
+  OrbOdometryParams params = smallParams();
+  params.nominal_speed = kStep / kPeriod;
+  OrbOdometry odometry(smallCamera(), params);
+  const auto results = drive(odometry, 25, straight);
+  EXPECT_NEAR(results.back().sample.speed, kStep / kPeriod, 0.08 * kStep / kPeriod);
+}
+
+TEST_F(OrbOdometryOnAStreet, TwoRunsGiveTheSameBits) {
+  std::vector<OrbResult> runs[2];
+  for (auto& run : runs) {
+    next_frame_ = 0;
+    OrbOdometry odometry(smallCamera(), metric());
+    run = drive(odometry, 20, straight);
+  }
+  for (std::size_t i = 0; i < runs[0].size(); ++i) {
+    EXPECT_EQ(0, std::memcmp(runs[0][i].twist.data(), runs[1][i].twist.data(), sizeof(Vector6))) << i;
+    EXPECT_TRUE(runs[0][i].sample.pose->matrix() == runs[1][i].sample.pose->matrix());
+  }
+}
+
+TEST_F(OrbOdometryOnAStreet, MapStaysBounded) {
+  OrbOdometryParams params = smallParams();
+  params.map_keyframes = 12;
+  OrbOdometry odometry(smallCamera(), params);
+  std::size_t most = 0;
+  for (int i = 0; i < 60; ++i) {
+    drive(odometry, 1, [&](int) { return straight(i); });
+    if (!odometry.map()) continue;
+    EXPECT_LE(odometry.map()->keyframes().size(), 12U);
+    most = std::max(most, odometry.map()->landmarks().size());
+    for (const Landmark& landmark : odometry.map()->landmarks()) {
+      EXPECT_LE(landmark.observations.size(), 12U);
+      EXPECT_NE(odometry.map()->keyframe(landmark.reference), nullptr);
+    }
+  }
+  EXPECT_LT(most, 12U * 150U);
+}
+
+TEST_F(OrbOdometryOnAStreet, RepeatedAndOlderStampsAreIgnoredAndCounted) {
+  OrbOdometry odometry(smallCamera(), metric());
+  const auto results = drive(odometry, 12, straight);
+  const cv::Mat image = scene().render(smallCamera(), straight(12));
+  for (const int frame : {11, 3}) {
+    const OrbResult again = odometry.track(stampFromSeconds(kPeriod * frame), image);
+    EXPECT_TRUE(again.ignored);
+    EXPECT_EQ(again.twist.norm(), 0.0);
+    EXPECT_EQ(again.sample.stamp, results.back().sample.stamp);
+    EXPECT_TRUE(again.sample.pose->matrix() == results.back().sample.pose->matrix());
+  }
+  EXPECT_EQ(odometry.ignoredFrames(), 2);
+  EXPECT_EQ(drive(odometry, 1, [](int) { return straight(12); }).back().state, OrbState::kTracking);
+}
+
+TEST_F(OrbOdometryOnAStreet, AnotherImageSizeIsAnErrorThatLeavesTheStateAlone) {
+  OrbOdometry odometry(smallCamera(), metric());
+  drive(odometry, 12, straight);
+  EXPECT_THROW(odometry.track(stampFromSeconds(9.0), cv::Mat(100, 100, CV_8UC1)), std::invalid_argument);
+  EXPECT_THROW(odometry.track(stampFromSeconds(9.0), cv::Mat(160, 480, CV_16UC1)), std::invalid_argument);
+  EXPECT_EQ(drive(odometry, 1, [](int) { return straight(12); }).back().state, OrbState::kTracking);
+}
+
+TEST_F(OrbOdometryOnAStreet, ColourImagesAreTakenToo) {
+  OrbOdometry odometry(smallCamera(), metric());
+  const auto results = drive(odometry, 8, straight, [](int, cv::Mat& image) {
+    cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
+  });
+  EXPECT_EQ(results.back().state, OrbState::kTracking);
+}
+
+TEST(OrbOdometryParams, BadValuesAreNamed) {
+  OrbOdometryParams params;
+  params.fast_min_threshold = 30;
+  EXPECT_THROW(params.validate(), std::invalid_argument);
+  params = {};
+  params.map_keyframes = params.window_keyframes;
+  EXPECT_THROW(OrbOdometry(smallCamera(), params), std::invalid_argument);
+  params = {};
+  params.camera_height = std::nan("");
+  try {
+    params.validate();
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("camera_height"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace ratslam
