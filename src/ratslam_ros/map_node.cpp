@@ -1,21 +1,9 @@
 #include "ratslam_ros/map_node.h"
 
-#include <algorithm>
-
 #include "ratslam_ros/conversions.h"
 #include "ratslam_ros/trajectory_files.h"
 
 namespace ratslam {
-namespace {
-
-bool somebodyPublishes(const std::string& topic) {
-  std::vector<ros::master::TopicInfo> published;
-  ros::master::getTopics(published);
-  return std::any_of(published.begin(), published.end(),
-                     [&topic](const ros::master::TopicInfo& candidate) { return candidate.name == topic; });
-}
-
-}  // namespace
 
 MapNode::MapNode(ros::NodeHandle handle, const ParameterMap& parameters)
     : handle_(handle),
@@ -25,7 +13,6 @@ MapNode::MapNode(ros::NodeHandle handle, const ParameterMap& parameters)
       publisher_(handle_, params_, readParams<ExperienceMapParams>(parameters).exp_scale),
       odometry_(handle, topicName(params_.topic_root, "odom"),
                 [this](const OdometrySample& sample) {
-                  silence_.messageArrived();
                   odometry_frame_.add(sample);
                   const SampleVerdict verdict = stage_.addOdometry(sample);
                   drain(true);
@@ -35,7 +22,7 @@ MapNode::MapNode(ros::NodeHandle handle, const ParameterMap& parameters)
                        "ratslam_ros/TopologicalAction"),
       source_(params_.decision_source,
               [topic = handle.resolveName(topicName(params_.topic_root, "PoseCell/State"))] {
-                return somebodyPublishes(topic);
+                return isPublished(topic);
               }),
       silence_(params_.sync_timeout) {
   subscribe();
@@ -89,6 +76,7 @@ void MapNode::drain(bool wait) {
   for (bool done = false; !done;) {
     try {
       const std::vector<Stamp> processed = wait ? stage_.drain() : stage_.drainWithoutWaiting();
+      if (wait && !processed.empty()) silence_.messageArrived();
       publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
       done = true;
     } catch (const std::invalid_argument& e) {  // that decision is gone, what waits behind it is not
