@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "ratslam/pipeline/map_stage.h"
+#include "ratslam/recall_geometry/recall_geometry_params.h"
 #include "ratslam_ros/RecallGeometry.h"
 #include "ratslam_ros/decision_source.h"
 #include "ratslam_ros/map_publisher.h"
@@ -37,6 +38,7 @@ class MapNode {
 
   ros::NodeHandle handle_;
   NodeParams params_;
+  bool verifies_;  ///< decisions come with a RecallGeometry
   MapStage stage_;
   MapPublisher publisher_;
   OdometryFrame odometry_frame_;

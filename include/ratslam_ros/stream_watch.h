@@ -11,6 +11,9 @@
 
 namespace ratslam {
 
+/// Whether the ROS master knows a publisher of that topic, a resolved name.
+bool isPublished(const std::string& topic);
+
 /// Topics somebody publishes that may be meant by `topic`: of the same type, or whose name ends alike.
 std::vector<std::string> similarTopics(const std::string& topic, const std::string& type,
                                        const std::vector<ros::master::TopicInfo>& published);
@@ -45,7 +48,7 @@ class SyncTimeout {
  public:
   explicit SyncTimeout(double timeout_s) : timeout_s_(timeout_s) {}
 
-  /// The stream that is waited for has spoken.
+  /// The stream that is waited for has spoken, or what waited has been processed after all.
   void messageArrived() {
     waiting_since_.reset();
     given_up_ = false;

@@ -1,30 +1,18 @@
 #include "ratslam_ros/map_node.h"
 
-#include <algorithm>
-
 #include "ratslam_ros/conversions.h"
 #include "ratslam_ros/trajectory_files.h"
 
 namespace ratslam {
-namespace {
-
-bool somebodyPublishes(const std::string& topic) {
-  std::vector<ros::master::TopicInfo> published;
-  ros::master::getTopics(published);
-  return std::any_of(published.begin(), published.end(),
-                     [&topic](const ros::master::TopicInfo& candidate) { return candidate.name == topic; });
-}
-
-}  // namespace
 
 MapNode::MapNode(ros::NodeHandle handle, const ParameterMap& parameters)
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
-      stage_(readParams<ExperienceMapParams>(parameters), false),
+      verifies_(readParams<RecallGeometryParams>(parameters).verifies()),
+      stage_(readParams<ExperienceMapParams>(parameters), verifies_),
       publisher_(handle_, params_, readParams<ExperienceMapParams>(parameters).exp_scale),
       odometry_(handle, topicName(params_.topic_root, "odom"),
                 [this](const OdometrySample& sample) {
-                  silence_.messageArrived();
                   odometry_frame_.add(sample);
                   const SampleVerdict verdict = stage_.addOdometry(sample);
                   drain(true);
@@ -34,7 +22,7 @@ MapNode::MapNode(ros::NodeHandle handle, const ParameterMap& parameters)
                        "ratslam_ros/TopologicalAction"),
       source_(params_.decision_source,
               [topic = handle.resolveName(topicName(params_.topic_root, "PoseCell/State"))] {
-                return somebodyPublishes(topic);
+                return isPublished(topic);
               }),
       silence_(params_.sync_timeout) {
   subscribe();
@@ -59,6 +47,13 @@ void MapNode::subscribe() {
       decisions_watch_.topic(), 0, [this](const ratslam_ros::TopologicalActionConstPtr& message) {
         if (source_.takesAction()) onDecision(*message);
       }));
+  if (verifies_) {
+    subscribers_.push_back(handle_.subscribe<ratslam_ros::RecallGeometry>(
+        topic("LocalView/RecallGeometry"), 0, [this](const ratslam_ros::RecallGeometryConstPtr& message) {
+          stage_.addGeometry(geometryFromMessage(*message));
+          drain(true);
+        }));
+  }
   subscribers_.push_back(handle_.subscribe<geometry_msgs::PoseStamped>(
       topic("ExperienceMap/SetGoalPose"), 1,
       [this](const geometry_msgs::PoseStampedConstPtr& message) { onGoal(*message); }));
@@ -81,6 +76,7 @@ void MapNode::drain(bool wait) {
   for (bool done = false; !done;) {
     try {
       const std::vector<Stamp> processed = wait ? stage_.drain() : stage_.drainWithoutWaiting();
+      if (wait && !processed.empty()) silence_.messageArrived();
       publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
       done = true;
     } catch (const std::invalid_argument& e) {  // that decision is gone, what waits behind it is not
@@ -96,7 +92,8 @@ void MapNode::watch() {
   decisions_watch_.warnIfItNeverCame();
   publisher_.publishMapIfDue(stage_.map());
   if (!silence_.expired(stage_.waitingDecisions() > 0)) return;
-  went_on_without_.report(odometry_.watch().topic() + " is silent: decisions are processed without odometry");
+  went_on_without_.report(odometry_.watch().topic() + (verifies_ ? " or LocalView/RecallGeometry" : "") +
+                          " is silent: decisions are processed without it");
   drain(false);
 }
 

@@ -13,6 +13,13 @@ std::string lastPart(const std::string& name) { return name.substr(name.rfind('/
 
 }  // namespace
 
+bool isPublished(const std::string& topic) {
+  std::vector<ros::master::TopicInfo> published;
+  ros::master::getTopics(published);
+  return std::any_of(published.begin(), published.end(),
+                     [&topic](const ros::master::TopicInfo& candidate) { return candidate.name == topic; });
+}
+
 std::vector<std::string> similarTopics(const std::string& topic, const std::string& type,
                                        const std::vector<ros::master::TopicInfo>& published) {
   std::vector<std::string> similar;

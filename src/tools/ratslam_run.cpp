@@ -9,6 +9,7 @@
 #include "ratslam/common/progress_bar.h"
 #include "ratslam/dataset/odometry_file.h"
 #include "ratslam/pipeline/run_log.h"
+#include "ratslam_ros/node_parameters.h"
 #include "recordings.h"
 
 namespace {
@@ -77,7 +78,7 @@ ParameterMap readParameters(const Options& options) {
   ParameterMap map;
   if (!options.config.empty()) map = ParameterMap::fromFile(options.config);
   for (const std::string& assignment : options.assignments) map.setFromAssignment(assignment);
-  map.rejectUnknown(PipelineParams::knownKeys());
+  map.rejectUnknown(systemKeys());
   return map;
 }
 

@@ -13,7 +13,7 @@ from sensor_msgs.msg import Image
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
 
-NODES = ("ratslam_lv", "ratslam_pc", "ratslam_em", "ratslam_vo")
+NODES = ("ratslam_lv", "ratslam_pc", "ratslam_em", "ratslam_vo", "ratslam_orb_vo")
 
 
 class Parameters(unittest.TestCase):

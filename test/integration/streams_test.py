@@ -12,7 +12,7 @@ import rospy
 import rostest
 from nav_msgs.msg import Odometry
 from ratslam_ros.msg import PoseCellState, TopologicalAction, ViewTemplate
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
@@ -205,6 +205,20 @@ class Streams(unittest.TestCase):
             views.publish(self.view(index))
         self.assertTrue(states.has(3), node.output())
         self.assertTrue(node.said(self.root + "/odom is silent"), node.output())
+
+    def test_orb_odometry_without_calibration_says_how_to_supply_one(self):
+        node = self.start("ratslam_orb_vo")
+        odometry = self.collector("odom", Odometry)
+        images = self.publisher("camera/image", Image)
+        images.publish(harness.image_message(self.frame(0), harness.frame_stamp(0)))
+        self.assertTrue(node.said(r"images wait for %s/camera/camera_info; publish a calibration there, or set camera_fx" %
+                                  self.root), node.output())
+        self.assertEqual(len(odometry.messages), 0)
+        info = CameraInfo(width=harness.WIDTH, height=harness.HEIGHT)
+        info.K = [46.0, 0, 80, 0, 46.0, 30, 0, 0, 1]
+        self.publisher("camera/camera_info", CameraInfo).publish(info)
+        self.assertTrue(odometry.has(1), node.output())
+        self.assertEqual(odometry.messages[0].header.stamp, harness.stamp(harness.frame_stamp(0)))
 
     def test_stream_that_never_comes_is_named_with_what_looks_like_it(self):
         elsewhere = rospy.Publisher("/wheels" + self.root, Odometry, queue_size=1)

@@ -73,7 +73,7 @@ TEST(LocalViewPicture, ShowsViewAtTheLeftAndTemplateAtTheRight) {
 
 TEST(ActivityPicture, ShowsThePacketInAllThreeProjections) {
   ActivityGrid activity(20, 36);
-  activity.at({5, 15, 9}) = 1.0;  // column, row, layer
+  activity.add({5, 15, 9}, 1.0);  // column, row, layer
   const cv::Mat picture = drawActivity(activity, ActivityTrail(), {600, 600});
   const double cell = kPanelHeight / 20.0;
   const double layer = kPanelHeight / 36.0;
