@@ -80,7 +80,8 @@ SadIndex::SadIndex(const LocalViewParams& params, int rows, SimdLevel level)
   } else {
     placeByColumns();
   }
-  segment_groups_ = std::clamp<std::size_t>(kSegmentChunks / group_chunks_, 1, kMaxSegmentGroups);
+  segment_groups_ =
+      std::clamp<std::size_t>(kSegmentChunks / std::max<std::size_t>(group_chunks_, 1), 1, kMaxSegmentGroups);
 }
 
 SadIndex::~SadIndex() = default;
@@ -146,7 +147,7 @@ std::vector<std::uint8_t> SadIndex::bytes(std::size_t id) const {
 }
 
 void SadIndex::setView(const std::vector<std::uint8_t>& bytes) {
-  const auto first = bytes.begin() + first_column_ * rows_;
+  const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(first_column_) * rows_;
   for (std::size_t i = 0; i < view_->compared.size(); ++i) {
     std::vector<std::uint8_t>& compared = view_->compared[i];
     if (panoramic_) {

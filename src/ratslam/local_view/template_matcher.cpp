@@ -211,17 +211,19 @@ void TemplateMatcher::refine(const Candidate& candidate, const std::vector<doubl
 
 double TemplateMatcher::meanDifference(const std::vector<double>& view, const std::vector<double>& learned,
                                        int shift) const {
-  const int columns = params_.view_template.x_size;
-  const int compared = params_.comparedColumns();
-  const int first = params_.panoramic ? 0 : params_.shift_match;
-  const int unwrapped = std::min(compared, columns - shift);
+  const std::ptrdiff_t columns = params_.view_template.x_size;
+  const std::ptrdiff_t compared = params_.comparedColumns();
+  const std::ptrdiff_t unwrapped = std::min(compared, columns - shift);
+  const double* view_row = view.data() + (params_.panoramic ? 0 : params_.shift_match);
+  const double* learned_row = learned.data() + shift;
   double sum = 0.0;
   for (int y = 0; y < params_.view_template.y_size; ++y) {
-    const double* view_row = view.data() + y * columns + first;
-    const double* learned_row = learned.data() + y * columns;
-    for (int x = 0; x < unwrapped; ++x) sum += std::abs(view_row[x] - learned_row[x + shift]);
-    for (int x = unwrapped; x < compared; ++x)
-      sum += std::abs(view_row[x] - learned_row[x + shift - columns]);
+    for (std::ptrdiff_t x = 0; x < unwrapped; ++x) sum += std::abs(view_row[x] - learned_row[x]);
+    for (std::ptrdiff_t x = unwrapped; x < compared; ++x) {
+      sum += std::abs(view_row[x] - learned_row[x - columns]);
+    }
+    view_row += columns;
+    learned_row += columns;
   }
   return sum / static_cast<double>(fine_.comparedBytes());
 }

@@ -50,9 +50,10 @@ void copyPatch(const std::vector<double>& values, const TemplateParams& params, 
   const int radius = params.patch_radius;
   patch.clear();
   for (int dy = -radius; dy <= radius; ++dy) {
-    const int row = std::clamp(y + dy, 0, params.y_size - 1) * params.x_size;
+    const int row = std::clamp(y + dy, 0, params.y_size - 1);
+    const double* row_values = values.data() + static_cast<std::ptrdiff_t>(row) * params.x_size;
     for (int dx = -radius; dx <= radius; ++dx) {
-      patch.push_back(values[static_cast<std::size_t>(row + std::clamp(x + dx, 0, params.x_size - 1))]);
+      patch.push_back(row_values[std::clamp(x + dx, 0, params.x_size - 1)]);
     }
   }
 }
