@@ -38,6 +38,21 @@ class Attractor {
     Span core;          ///< within the excited box: where activity may survive
   };
 
+  /// Largest values along each axis of a volume.
+  class AxisMaxima {
+   public:
+    /// Sets all to 0.
+    void reset(const Volume& volume);
+    Maxima forLayers() { return {columns_.data(), row_lanes_.data()}; }
+    void setLayer(int k, double largest) { layers_[static_cast<std::size_t>(k)] = largest; }
+    /// After the last layer: makes one value a row of its lanes.
+    void finish();
+    const double* along(std::size_t axis) const;
+
+   private:
+    std::vector<double> columns_, row_lanes_, rows_, layers_;
+  };
+
   void excite(const ActivityGrid& grid, const Box& packet);
   /// Narrows the core to what global inhibition may leave. @return false if that is nothing.
   bool findCore(double phi);
@@ -47,7 +62,6 @@ class Attractor {
   bool tighten(Box& box) const;
   /// Writes a box of the core to the grid. @return where it lies there.
   Box store(const Box& box, ActivityGrid& grid);
-  AxisMaxima maximaOf(const Volume& volume);
 
   double global_inhibition_;
   const RowKernels* kernels_;
@@ -56,12 +70,12 @@ class Attractor {
   int reach_;  ///< packets with fewer free cells between them act on each other
 
   std::array<Extent, 3> extents_;
+  std::array<GatherAxis, 3> axes_;
   Volume excited_;  ///< the packet after step 1
   Volume core_;     ///< its core: inhibition, then the result
-  std::array<AlignedBuffer<double>, 3> maxima_;
+  AxisMaxima maxima_;
   AlignedBuffer<long long> keep_;
-  std::vector<RowSegment> segments_;
-  std::vector<std::ptrdiff_t> from_, to_;
+  RowPlan storing_;
 };
 
 }  // namespace ratslam

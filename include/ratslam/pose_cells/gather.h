@@ -1,6 +1,7 @@
 /// How cells of the torus are brought together in memory without its seams, and back.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "ratslam/pose_cells/simd.h"
@@ -12,9 +13,10 @@ namespace ratslam {
 struct GatherAxis {
   /// The `count` outputs from position `begin` on, of an axis with `length` sources, a ring or with zeros
   /// around. Sources are stored on a ring of `stored` cells from `origin` on.
-  GatherAxis(int begin, int count, int radius, int length, bool ring, int origin, int stored);
+  void set(int begin, int count, int radius, int length, bool ring, int origin, int stored);
 
   int source(int position) const { return sources[static_cast<std::size_t>(position)]; }
+  int positions() const { return static_cast<int>(sources.size()); }
 
   int count = 0;   ///< outputs
   int period = 0;  ///< positions this far apart have the same source; 0: none have
@@ -23,14 +25,38 @@ struct GatherAxis {
   std::vector<int> sources;  ///< stored index of each position
 };
 
-/// Appends the unbroken stretches of `count` cells, cell c being moved from column from(c) to column to(c).
-template <class From, class To>
-void appendSegments(std::vector<RowSegment>& segments, int count, From from, To to) {
-  for (int c = 0; c < count; ++c) {
-    const bool goes_on = c > 0 && from(c) == from(c - 1) + 1 && to(c) == to(c - 1) + 1;
-    if (!goes_on) segments.push_back({from(c), to(c), 0});
-    ++segments.back().count;
+/// Which cells of which rows of a layer are moved where.
+struct RowPlan {
+  std::vector<RowSegment> segments;
+  std::vector<std::ptrdiff_t> from;  ///< where the rows begin
+  std::vector<std::ptrdiff_t> to;
+
+  int rows() const { return static_cast<int>(from.size()); }
+  int segmentCount() const { return static_cast<int>(segments.size()); }
+
+  /// Rows and cells that have a source, to their positions.
+  void planGathering(const GatherAxis& columns, const GatherAxis& rows, std::ptrdiff_t from_stride,
+                     std::ptrdiff_t to_stride);
+
+  /// Appends `count` cells of each row, cell c being moved from column from(c) to column to(c).
+  template <class From, class To>
+  void appendColumns(int count, From from_column, To to_column) {
+    for (int c = 0; c < count; ++c) {
+      const bool goes_on =
+          c > 0 && from_column(c) == from_column(c - 1) + 1 && to_column(c) == to_column(c - 1) + 1;
+      if (!goes_on) segments.push_back({from_column(c), to_column(c), 0});
+      ++segments.back().count;
+    }
   }
-}
+  void appendRow(std::ptrdiff_t from_offset, std::ptrdiff_t to_offset) {
+    from.push_back(from_offset);
+    to.push_back(to_offset);
+  }
+  void clear() {
+    segments.clear();
+    from.clear();
+    to.clear();
+  }
+};
 
 }  // namespace ratslam

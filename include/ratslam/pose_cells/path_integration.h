@@ -47,6 +47,7 @@ class PathIntegrator {
     bool ring = false;
     int origin = 0;  ///< cell of the network where the reached cells begin
     int count = 0;
+    GatherAxis gather;
   };
   /// Motion of this step.
   struct Motion {
@@ -56,22 +57,26 @@ class PathIntegrator {
     int whole_layers = 0;
     double part_layer = 0.0;  ///< in [0, 1)
   };
-  /// A packet on its way.
+  /// A packet on its way: its layers are shifted, rotation is still to come.
   struct Packet {
     Box target{};  ///< where it arrives
     std::ptrdiff_t row_stride = 0;
-    AlignedBuffer<double> cells;
+    std::ptrdiff_t layer_stride = 0;
+    AlignedBuffer<double> layers;  ///< the first is the neighbour that rotation mixes into the packet's first
   };
 
   Motion motionOf(double distance, double rotation) const;
   static void setShift(double cells, const Motion& motion, int size, Shift& shift);
-  static GatherAxis gatherAxis(const Span& span, const Motion& motion, int size, Extent& extent);
-  /// Moves a packet; the grid is only read. @param scale of the activity.
-  void move(const ActivityGrid& grid, const Box& box, const Motion& motion, double scale, Packet& packet);
+  /// @param heading cosine or sine of the layers' headings, for this axis.
+  void setExtent(const Box& box, std::size_t axis, const std::vector<double>& heading, const Motion& motion,
+                 Extent& extent) const;
+  /// Shifts a packet's layers; the grid is only read.
+  void shiftLayers(const ActivityGrid& grid, const Box& box, const Motion& motion, Packet& packet);
   /// Shifts the gathered layer k. @param shifted gets it.
   void shiftLayer(int k, const Motion& motion, std::ptrdiff_t row_stride, double* shifted);
   void loseAtCorner(int k, const Motion& motion, std::ptrdiff_t row_stride, double* shifted);
-  void addToGrid(const Packet& packet, ActivityGrid& grid);
+  /// Rotates a packet and adds it to the grid. @param scale of the activity.
+  void rotateInto(ActivityGrid& grid, const Packet& packet, const Motion& motion, double scale);
 
   PoseCellParams params_;
   const RowKernels* kernels_;
@@ -82,9 +87,7 @@ class PathIntegrator {
   std::vector<Packet> packets_;
   AlignedBuffer<double> gathered_;  ///< one layer's rows and what is around them
   AlignedBuffer<double> along_y_;   ///< the same, shifted along y
-  AlignedBuffer<double> shifted_;   ///< all layers, shifted, between the neighbours that rotation needs
-  std::vector<RowSegment> segments_;
-  std::vector<std::ptrdiff_t> from_, to_;
+  RowPlan moving_;
 };
 
 }  // namespace ratslam

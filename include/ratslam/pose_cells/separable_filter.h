@@ -2,12 +2,15 @@
 ///
 /// 1. A layer's rows are gathered with as many cells around them as the kernel reaches (wrapped on a ring,
 /// else 0).
-/// 2. They are convolved along columns and along rows, while in the cache.
-/// 3. The layers are convolved with each other.
+/// 2. They are convolved along columns and along rows.
+/// 3. As soon as all layers that an output layer needs are there, they are convolved with each other; no more
+/// of
+///    them are kept than are still needed. All of it happens in the cache.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "ratslam/pose_cells/aligned_buffer.h"
@@ -20,18 +23,23 @@ namespace ratslam {
 /// Truncated Gaussian of odd side `dim` that sums to 1: its weights at offsets 0, 1, ..., dim / 2.
 std::vector<double> halfGaussian(int dim, double width);
 
-/// A box of cells in memory; rows padded to `width`.
+/// Layers of rows, somewhere in memory.
+struct CellSource {
+  const double* cells = nullptr;
+  std::ptrdiff_t layer_stride = 0;
+  std::ptrdiff_t row_stride = 0;
+};
+
+/// A box of cells in memory, layer by layer, row by row.
 struct Volume {
   std::array<int, 3> counts{};  ///< columns, rows, layers
-  int width = 0;
+  int width = 0;                ///< of a row in memory: columns, padded
   AlignedBuffer<double> cells;
 
-  std::ptrdiff_t rowStride() const { return width; }
   std::ptrdiff_t layerStride() const { return static_cast<std::ptrdiff_t>(width) * counts[kRow]; }
-  std::ptrdiff_t size() const { return layerStride() * counts[kLayer]; }
+  double* layer(int k) { return cells.data() + k * layerStride(); }
+  CellSource source() const { return {cells.data(), layerStride(), width}; }
   void resize(const std::array<int, 3>& new_counts);
-  VolumeView<double> view() { return {cells.data(), layerStride(), rowStride()}; }
-  VolumeView<const double> view() const { return {cells.data(), layerStride(), rowStride()}; }
 };
 
 class SeparableFilter {
@@ -41,26 +49,28 @@ class SeparableFilter {
 
   int radius() const { return radius_; }
 
-  /// @param axes along columns, rows, layers; @param out gets their counts as its own. Its padding columns
-  /// hold finite, non-negative values if `in` does.
-  void apply(VolumeView<const double> in, const std::array<GatherAxis, 3>& axes, Volume& out);
+  /// @param axes along columns, rows, layers; @param out gets their counts as its own, and in its padding
+  /// columns values that are finite and non-negative if those of `in` are; @param done is called with each
+  /// finished layer.
+  void apply(const CellSource& in, const std::array<GatherAxis, 3>& axes, Volume& out,
+             const std::function<void(int)>& done);
 
  private:
-  /// Prepares what is the same for all layers: which cells of a row and which rows go where.
-  void planGathering(const GatherAxis& columns, const GatherAxis& rows, std::ptrdiff_t row_stride);
-  void filterLayer(const double* layer, const GatherAxis& rows, double* out);
+  void reserve(const std::array<GatherAxis, 3>& axes, const Volume& out);
+  /// Where the layer at a position is kept once it is filtered within the plane.
+  double* keptLayer(const GatherAxis& layers, int position, std::ptrdiff_t layer_size);
+  void filterPlane(const double* layer, const GatherAxis& rows, int width, double* out);
 
   int radius_;
   std::vector<double> weights_xy_;
   std::vector<double> weights_th_;
   const RowKernels* kernels_;
-  int width_ = 0;                        ///< of a filtered row
+  RowPlan gathering_;
   std::ptrdiff_t gathered_stride_ = 0;   ///< between gathered rows
   AlignedBuffer<double> gathered_;       ///< one layer's rows with what is around them
   AlignedBuffer<double> along_columns_;  ///< one layer, filtered along columns
-  AlignedBuffer<double> in_plane_;       ///< all layers, filtered within the plane
-  std::vector<RowSegment> segments_;
-  std::vector<std::ptrdiff_t> from_, to_;
+  AlignedBuffer<double> kept_;           ///< layers filtered within the plane
+  std::vector<const double*> taps_;      ///< what a kernel's taps read
 };
 
 }  // namespace ratslam

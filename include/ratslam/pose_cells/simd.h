@@ -29,30 +29,25 @@ struct RowSet {
   const std::ptrdiff_t* offsets = nullptr;
 };
 
-/// A volume of `layers` x `rows` rows, at the given distances from each other.
-template <class Cell>
-struct VolumeView {
-  Cell* data = nullptr;
-  std::ptrdiff_t layer_stride = 0;
-  std::ptrdiff_t row_stride = 0;
-};
-
-/// Largest activity per index of each axis; the columns padded.
-struct AxisMaxima {
+/// Largest values of a layer, and of those before it, by column (padded) and by row; each row has kRowQuantum
+/// of them, the columns modulo that.
+struct Maxima {
   double* columns = nullptr;
   double* rows = nullptr;
-  double* layers = nullptr;
 };
 
 struct RowKernels {
-  /// Copies or adds the segments of `rows` rows.
+  /// Copies the segments of `rows` rows.
   void (*copy)(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
                int n_segments);
-  void (*add)(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
-              int n_segments);
 
-  /// out[r][x] = sum over t = -radius..radius of weights[|t|] in[r][x + (t + radius) tap].
-  void (*convolve)(const double* in, std::ptrdiff_t in_stride, std::ptrdiff_t tap, double* out,
+  /// Adds weights[0] times a cell and weights[1] times the cell `other` away, for the segments of `rows`
+  /// rows.
+  void (*addBlend)(RowSet<const double> in, std::ptrdiff_t other, const double* weights, RowSet<double> out,
+                   int rows, const RowSegment* segments, int n_segments);
+
+  /// out[r][x] = sum over t = -radius..radius of weights[|t|] taps[t + radius][r][x].
+  void (*convolve)(const double* const* taps, std::ptrdiff_t in_stride, double* out,
                    std::ptrdiff_t out_stride, int rows, std::ptrdiff_t width, const double* weights,
                    int radius);
 
@@ -60,13 +55,14 @@ struct RowKernels {
   void (*correlate)(const double* in, std::ptrdiff_t tap, double* out, std::ptrdiff_t width,
                     const double* weights, int taps);
 
-  /// Largest values of a volume along each axis, at least 0.
-  void (*maxima)(VolumeView<const double> in, int layers, int rows, int width, AxisMaxima maxima);
+  /// Updates `maxima` with a layer. @return its largest value, at least 0.
+  double (*findMaxima)(const double* in, int rows, int width, Maxima maxima);
 
   /// cells <- max(0, excited - cells - global) where `keep` (all bits set or none, per column) says so, else
-  /// 0. `sums` (eight of them) grow by the result, `maxima` are those of the result.
-  void (*inhibit)(VolumeView<const double> excited, VolumeView<double> cells, int layers, int rows, int width,
-                  double global, const long long* keep, double* sums, AxisMaxima maxima);
+  /// 0. `sums` (kRowQuantum of them) grow by the result, `maxima` are updated with it. @return its largest
+  /// value.
+  double (*inhibit)(const double* excited, std::ptrdiff_t excited_stride, double* cells, int rows, int width,
+                    double global, const long long* keep, double* sums, Maxima maxima);
 
   /// Largest of `count` > 0 values.
   double (*maximum)(const double* in, std::ptrdiff_t count);

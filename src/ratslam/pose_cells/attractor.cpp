@@ -1,7 +1,6 @@
 #include "ratslam/pose_cells/attractor.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace ratslam {
 namespace {
@@ -35,40 +34,57 @@ double Attractor::iterate(ActivityGrid& grid, double model_sum) {
   return sum;
 }
 
+void Attractor::AxisMaxima::reset(const Volume& volume) {
+  const auto rows = static_cast<std::size_t>(volume.counts[kRow]);
+  columns_.assign(static_cast<std::size_t>(volume.width), 0.0);
+  row_lanes_.assign(rows * kRowQuantum, 0.0);
+  rows_.assign(rows, 0.0);
+  layers_.assign(static_cast<std::size_t>(volume.counts[kLayer]), 0.0);
+}
+
+void Attractor::AxisMaxima::finish() {
+  for (std::size_t j = 0; j < rows_.size(); ++j) {
+    const double* const lanes = row_lanes_.data() + j * kRowQuantum;
+    rows_[j] = *std::max_element(lanes, lanes + kRowQuantum);
+  }
+}
+
+const double* Attractor::AxisMaxima::along(std::size_t axis) const {
+  return axis == kColumn ? columns_.data() : axis == kRow ? rows_.data() : layers_.data();
+}
+
 void Attractor::excite(const ActivityGrid& grid, const Box& packet) {
   const int radius = excitation_.radius();
-  const auto axisOf = [&](std::size_t axis) {
+  for (const std::size_t axis : kAxes) {
     Extent& extent = extents_[axis];
     const Span& span = packet[axis];
     const int size = grid.sizes()[axis];
     extent.ring = span.length + reach_ > size;
     extent.origin = extent.ring ? 0 : wrapIndex(span.begin - radius, size);
     extent.count = extent.ring ? size : span.length + 2 * radius;
-    extent.core = {0, extent.count};
-    return extent.ring ? GatherAxis(0, size, radius, size, true, 0, size)
-                       : GatherAxis(-radius, extent.count, radius, span.length, false, span.begin, size);
-  };
+    if (extent.ring) {
+      axes_[axis].set(0, size, radius, size, true, 0, size);
+    } else {
+      axes_[axis].set(-radius, extent.count, radius, span.length, false, span.begin, size);
+    }
+  }
+  excited_.resize({extents_[kColumn].count, extents_[kRow].count, extents_[kLayer].count});
+  maxima_.reset(excited_);
   const auto row_stride = static_cast<std::ptrdiff_t>(grid.offset(0, 1));
   const auto layer_stride = static_cast<std::ptrdiff_t>(grid.offset(1, 0));
-  excitation_.apply({grid.data(), layer_stride, row_stride}, {axisOf(kColumn), axisOf(kRow), axisOf(kLayer)},
-                    excited_);
-}
-
-AxisMaxima Attractor::maximaOf(const Volume& volume) {
-  return {maxima_[kColumn].atLeast(static_cast<std::size_t>(volume.width)),
-          maxima_[kRow].atLeast(static_cast<std::size_t>(volume.counts[kRow])),
-          maxima_[kLayer].atLeast(static_cast<std::size_t>(volume.counts[kLayer]))};
+  excitation_.apply({grid.data(), layer_stride, row_stride}, axes_, excited_, [this](int k) {
+    maxima_.setLayer(k, kernels_->findMaxima(excited_.layer(k), excited_.counts[kRow], excited_.width,
+                                             maxima_.forLayers()));
+  });
+  maxima_.finish();
 }
 
 bool Attractor::findCore(double phi) {
-  if (std::all_of(extents_.begin(), extents_.end(), [](const Extent& extent) { return extent.ring; }))
-    return true;
-  kernels_->maxima(std::as_const(excited_).view(), excited_.counts[kLayer], excited_.counts[kRow],
-                   excited_.width, maximaOf(excited_));
   for (const std::size_t axis : kAxes) {
     Extent& extent = extents_[axis];
+    extent.core = {0, extent.count};
     if (extent.ring) continue;
-    const double* const begin = maxima_[axis].data();
+    const double* const begin = maxima_.along(axis);
     const double* const end = begin + extent.count;
     const auto may_survive = [phi](double largest) { return largest > phi; };
     const double* const first = std::find_if(begin, end, may_survive);
@@ -81,26 +97,31 @@ bool Attractor::findCore(double phi) {
 }
 
 void Attractor::inhibit(double phi, double* sums) {
-  const auto axisOf = [&](std::size_t axis) {
+  for (const std::size_t axis : kAxes) {
     const Extent& extent = extents_[axis];
-    return GatherAxis(extent.core.begin, extent.core.length, inhibition_.radius(), extent.count, extent.ring,
-                      0, extent.count);
-  };
-  inhibition_.apply(std::as_const(excited_).view(), {axisOf(kColumn), axisOf(kRow), axisOf(kLayer)}, core_);
-
+    axes_[axis].set(extent.core.begin, extent.core.length, inhibition_.radius(), extent.count, extent.ring, 0,
+                    extent.count);
+  }
+  core_.resize({axes_[kColumn].count, axes_[kRow].count, axes_[kLayer].count});
+  maxima_.reset(core_);
   long long* const keep = keep_.atLeast(static_cast<std::size_t>(core_.width));
   for (int x = 0; x < core_.width; ++x) keep[x] = x < core_.counts[kColumn] ? -1 : 0;
-  VolumeView<const double> excited = std::as_const(excited_).view();
-  excited.data += extents_[kLayer].core.begin * excited.layer_stride +
-                  extents_[kRow].core.begin * excited.row_stride + extents_[kColumn].core.begin;
-  kernels_->inhibit(excited, core_.view(), core_.counts[kLayer], core_.counts[kRow], core_.width, phi, keep,
-                    sums, maximaOf(core_));
+  const CellSource excited = excited_.source();
+  const double* const first_excited = excited.cells + extents_[kLayer].core.begin * excited.layer_stride +
+                                      extents_[kRow].core.begin * excited.row_stride +
+                                      extents_[kColumn].core.begin;
+  inhibition_.apply(excited, axes_, core_, [&](int k) {
+    maxima_.setLayer(
+        k, kernels_->inhibit(first_excited + k * excited.layer_stride, excited.row_stride, core_.layer(k),
+                             core_.counts[kRow], core_.width, phi, keep, sums, maxima_.forLayers()));
+  });
+  maxima_.finish();
 }
 
 std::vector<Box> Attractor::occupiedBoxes() const {
   std::array<std::vector<Span>, 3> spans;
   for (const std::size_t axis : kAxes)
-    spans[axis] = occupiedSpans(maxima_[axis].data(), core_.counts[axis], extents_[axis].ring, reach_);
+    spans[axis] = occupiedSpans(maxima_.along(axis), core_.counts[axis], extents_[axis].ring, reach_);
   std::vector<Box> boxes;
   for (const Span& layers : spans[kLayer])
     for (const Span& rows : spans[kRow])
@@ -115,10 +136,10 @@ std::vector<Box> Attractor::occupiedBoxes() const {
 bool Attractor::tighten(Box& box) const {
   std::array<int, 3> low{box[kColumn].length, box[kRow].length, box[kLayer].length};
   std::array<int, 3> high{-1, -1, -1};
-  const VolumeView<const double> core = std::as_const(core_).view();
+  const CellSource core = core_.source();
   for (int c = 0; c < box[kLayer].length; ++c)
     for (int b = 0; b < box[kRow].length; ++b) {
-      const double* const row = core.data +
+      const double* const row = core.cells +
                                 wrapIndex(box[kLayer].begin + c, core_.counts[kLayer]) * core.layer_stride +
                                 wrapIndex(box[kRow].begin + b, core_.counts[kRow]) * core.row_stride;
       for (int a = 0; a < box[kColumn].length; ++a) {
@@ -143,20 +164,17 @@ Box Attractor::store(const Box& box, ActivityGrid& grid) {
   const auto inGrid = [&](std::size_t axis, int c) {
     return wrapIndex(extents_[axis].origin + extents_[axis].core.begin + inCore(axis, c), grid.sizes()[axis]);
   };
-  segments_.clear();
-  appendSegments(
-      segments_, box[kColumn].length, [&](int c) { return inCore(kColumn, c); },
+  storing_.clear();
+  storing_.appendColumns(
+      box[kColumn].length, [&](int c) { return inCore(kColumn, c); },
       [&](int c) { return inGrid(kColumn, c); });
-  from_.clear();
-  to_.clear();
-  const VolumeView<const double> core = std::as_const(core_).view();
+  for (int b = 0; b < box[kRow].length; ++b)
+    storing_.appendRow(static_cast<std::ptrdiff_t>(inCore(kRow, b)) * core_.width,
+                       static_cast<std::ptrdiff_t>(grid.offset(0, inGrid(kRow, b))));
   for (int c = 0; c < box[kLayer].length; ++c)
-    for (int b = 0; b < box[kRow].length; ++b) {
-      from_.push_back(inCore(kLayer, c) * core.layer_stride + inCore(kRow, b) * core.row_stride);
-      to_.push_back(static_cast<std::ptrdiff_t>(grid.offset(inGrid(kLayer, c), inGrid(kRow, b))));
-    }
-  kernels_->copy({core.data, from_.data()}, {grid.data(), to_.data()}, static_cast<int>(from_.size()),
-                 segments_.data(), static_cast<int>(segments_.size()));
+    kernels_->copy({core_.layer(inCore(kLayer, c)), storing_.from.data()},
+                   {grid.data() + grid.offset(inGrid(kLayer, c), 0), storing_.to.data()}, storing_.rows(),
+                   storing_.segments.data(), storing_.segmentCount());
   return {Span{inGrid(kColumn, 0), box[kColumn].length}, Span{inGrid(kRow, 0), box[kRow].length},
           Span{inGrid(kLayer, 0), box[kLayer].length}};
 }

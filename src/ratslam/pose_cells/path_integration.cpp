@@ -69,11 +69,11 @@ double PathIntegrator::integrate(ActivityGrid& grid, double distance, double rot
   const std::vector<Box> boxes = coalesced(grid.boxes(), grid.sizes(), 2 * motion.reach + 1);
   if (packets_.size() < boxes.size()) packets_.resize(boxes.size());
   lost_ = 0.0;
-  for (std::size_t b = 0; b < boxes.size(); ++b) move(grid, boxes[b], motion, 1.0 / sum, packets_[b]);
+  for (std::size_t b = 0; b < boxes.size(); ++b) shiftLayers(grid, boxes[b], motion, packets_[b]);
   grid.clear();
   std::vector<Box> targets;
   for (std::size_t b = 0; b < boxes.size(); ++b) {
-    addToGrid(packets_[b], grid);
+    rotateInto(grid, packets_[b], motion, 1.0 / sum);
     targets.push_back(packets_[b].target);
   }
   grid.replaceBoxes(targets);
@@ -87,13 +87,24 @@ double PathIntegrator::integrate(ActivityGrid& grid, double distance, double rot
   return kept;
 }
 
-GatherAxis PathIntegrator::gatherAxis(const Span& span, const Motion& motion, int size, Extent& extent) {
+void PathIntegrator::setExtent(const Box& box, std::size_t axis, const std::vector<double>& heading,
+                               const Motion& motion, Extent& extent) const {
+  const Span& span = box[axis];
+  const int size = params_.n_xy;
+  int up = 0;  // how far activity goes to higher and to lower cells: all layers may move to one side
+  int down = 0;
+  for (int c = 0; c < box[kLayer].length; ++c) {
+    const auto k = static_cast<std::size_t>(wrapIndex(box[kLayer].begin + c, params_.n_th));
+    (motion.cells * heading[k] < 0.0 ? down : up) = motion.reach;
+  }
   extent.ring = span.length + 2 * motion.reach >= size;
-  extent.origin = extent.ring ? 0 : wrapIndex(span.begin - motion.reach, size);
-  extent.count = extent.ring ? size : span.length + 2 * motion.reach;
-  return extent.ring
-             ? GatherAxis(0, size, motion.reach, size, true, 0, size)
-             : GatherAxis(-motion.reach, extent.count, motion.reach, span.length, false, span.begin, size);
+  extent.origin = extent.ring ? 0 : wrapIndex(span.begin - down, size);
+  extent.count = extent.ring ? size : span.length + down + up;
+  if (extent.ring) {
+    extent.gather.set(0, size, motion.reach, size, true, 0, size);
+  } else {
+    extent.gather.set(-down, extent.count, motion.reach, span.length, false, span.begin, size);
+  }
 }
 
 void PathIntegrator::setShift(double cells, const Motion& motion, int size, Shift& shift) {
@@ -109,51 +120,39 @@ void PathIntegrator::setShift(double cells, const Motion& motion, int size, Shif
   }
 }
 
-void PathIntegrator::move(const ActivityGrid& grid, const Box& box, const Motion& motion, double scale,
-                          Packet& packet) {
-  const GatherAxis columns = gatherAxis(box[kColumn], motion, grid.nXy(), columns_);
-  const GatherAxis rows = gatherAxis(box[kRow], motion, grid.nXy(), rows_);
-  const std::ptrdiff_t row_stride = paddedWidth(static_cast<int>(columns.sources.size()));
-  const auto gathered_size = static_cast<std::size_t>(row_stride) * rows.sources.size();
-  segments_.clear();
-  appendSegments(
-      segments_, columns.last - columns.first, [&](int c) { return columns.source(columns.first + c); },
-      [&](int c) { return columns.first + c; });
-  from_.clear();
-  to_.clear();
-  for (int p = rows.first; p < rows.last; ++p) {
-    from_.push_back(static_cast<std::ptrdiff_t>(grid.offset(0, rows.source(p))));
-    to_.push_back(p * row_stride);
-  }
+void PathIntegrator::shiftLayers(const ActivityGrid& grid, const Box& box, const Motion& motion,
+                                 Packet& packet) {
+  setExtent(box, kColumn, cos_heading_, motion, columns_);
+  setExtent(box, kRow, sin_heading_, motion, rows_);
+  packet.row_stride = paddedWidth(columns_.gather.positions());
+  packet.layer_stride = packet.row_stride * rows_.count;
+  moving_.planGathering(columns_.gather, rows_.gather, static_cast<std::ptrdiff_t>(grid.offset(0, 1)),
+                        packet.row_stride);
+  const auto gathered_size = static_cast<std::size_t>(packet.row_stride * rows_.gather.positions());
   std::fill_n(gathered_.atLeast(gathered_size), gathered_size, 0.0);
 
   const Span& layers = box[kLayer];
   const bool all_layers = layers.length == grid.nTh();
-  const std::ptrdiff_t layer_size = row_stride * rows_.count;
-  double* const before_first = shifted_.atLeast(static_cast<std::size_t>(layer_size * (layers.length + 2)));
-  double* const first = before_first + layer_size;
-  double* const behind_last = first + layer_size * layers.length;
+  double* const before_first =
+      packet.layers.atLeast(static_cast<std::size_t>(packet.layer_stride * (layers.length + 2)));
+  double* const first = before_first + packet.layer_stride;
+  double* const behind_last = first + packet.layer_stride * layers.length;
   for (int c = 0; c < layers.length; ++c) {
     const int k = wrapIndex(layers.begin + c, grid.nTh());
-    kernels_->copy({grid.data() + grid.offset(k, 0), from_.data()}, {gathered_.data(), to_.data()},
-                   static_cast<int>(from_.size()), segments_.data(), static_cast<int>(segments_.size()));
-    shiftLayer(k, motion, row_stride, first + c * layer_size);
+    kernels_->copy({grid.data() + grid.offset(k, 0), moving_.from.data()},
+                   {gathered_.data(), moving_.to.data()}, moving_.rows(), moving_.segments.data(),
+                   moving_.segmentCount());
+    shiftLayer(k, motion, packet.row_stride, first + c * packet.layer_stride);
   }
-  std::fill_n(behind_last, layer_size, 0.0);
+  std::fill_n(behind_last, packet.layer_stride, 0.0);
   if (all_layers) {
-    std::copy_n(behind_last - layer_size, layer_size, before_first);
+    std::copy_n(behind_last - packet.layer_stride, packet.layer_stride, before_first);
   } else {
-    std::fill_n(before_first, layer_size, 0.0);
+    std::fill_n(before_first, packet.layer_stride, 0.0);
   }
-
-  const int arriving_layers = all_layers ? layers.length : layers.length + 1;
-  const std::array<double, 2> weights{(1.0 - motion.part_layer) * scale, motion.part_layer * scale};
-  kernels_->correlate(first, -layer_size,
-                      packet.cells.atLeast(static_cast<std::size_t>(layer_size * arriving_layers)),
-                      layer_size * arriving_layers, weights.data(), 2);
-  packet.row_stride = row_stride;
   packet.target = {Span{columns_.origin, columns_.count}, Span{rows_.origin, rows_.count},
-                   Span{wrapIndex(layers.begin + motion.whole_layers, grid.nTh()), arriving_layers}};
+                   Span{wrapIndex(layers.begin + motion.whole_layers, grid.nTh()),
+                        all_layers ? layers.length : layers.length + 1}};
 }
 
 void PathIntegrator::shiftLayer(int k, const Motion& motion, std::ptrdiff_t row_stride, double* shifted) {
@@ -193,22 +192,23 @@ void PathIntegrator::loseAtCorner(int k, const Motion& motion, std::ptrdiff_t ro
       (1.0 - moved_x) * (1.0 - moved_y) * here[0] + moved_x * moved_y * here[from_x + from_y];
 }
 
-void PathIntegrator::addToGrid(const Packet& packet, ActivityGrid& grid) {
+void PathIntegrator::rotateInto(ActivityGrid& grid, const Packet& packet, const Motion& motion,
+                                double scale) {
   const Box& target = packet.target;
-  segments_.clear();
-  appendSegments(
-      segments_, target[kColumn].length, [](int c) { return c; },
+  moving_.clear();
+  moving_.appendColumns(
+      target[kColumn].length, [](int c) { return c; },
       [&](int c) { return wrapIndex(target[kColumn].begin + c, grid.nXy()); });
-  from_.clear();
-  to_.clear();
+  for (int b = 0; b < target[kRow].length; ++b)
+    moving_.appendRow(b * packet.row_stride, static_cast<std::ptrdiff_t>(grid.offset(
+                                                 0, wrapIndex(target[kRow].begin + b, grid.nXy()))));
+  const std::array<double, 2> weights{(1.0 - motion.part_layer) * scale, motion.part_layer * scale};
   for (int c = 0; c < target[kLayer].length; ++c)
-    for (int b = 0; b < target[kRow].length; ++b) {
-      from_.push_back((static_cast<std::ptrdiff_t>(c) * target[kRow].length + b) * packet.row_stride);
-      to_.push_back(static_cast<std::ptrdiff_t>(grid.offset(wrapIndex(target[kLayer].begin + c, grid.nTh()),
-                                                            wrapIndex(target[kRow].begin + b, grid.nXy()))));
-    }
-  kernels_->add({packet.cells.data(), from_.data()}, {grid.data(), to_.data()},
-                static_cast<int>(from_.size()), segments_.data(), static_cast<int>(segments_.size()));
+    kernels_->addBlend(
+        {packet.layers.data() + (c + 1) * packet.layer_stride, moving_.from.data()}, -packet.layer_stride,
+        weights.data(),
+        {grid.data() + grid.offset(wrapIndex(target[kLayer].begin + c, grid.nTh()), 0), moving_.to.data()},
+        moving_.rows(), moving_.segments.data(), moving_.segmentCount());
 }
 
 }  // namespace ratslam

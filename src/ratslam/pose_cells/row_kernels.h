@@ -41,39 +41,45 @@ void copyRows(RowSet<const double> in, RowSet<double> out, int rows, const RowSe
   });
 }
 
-void addRows(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
-             int n_segments) {
-  eachSegment(in, out, rows, segments, n_segments, [](const double* from, double* to, int count) {
+void addBlend(RowSet<const double> in, std::ptrdiff_t other, const double* weights, RowSet<double> out,
+              int rows, const RowSegment* segments, int n_segments) {
+  eachSegment(in, out, rows, segments, n_segments, [&](const double* from, double* to, int count) {
     int x = 0;
-    for (; x + kLanes <= count; x += kLanes) store(to + x, load(to + x) + load(from + x));
-    for (; x < count; ++x) to[x] += from[x];
+    for (; x + kLanes <= count; x += kLanes)
+      store(to + x, load(to + x) + (load(from + x) * weights[0] + load(from + x + other) * weights[1]));
+    for (; x < count; ++x) to[x] += from[x] * weights[0] + from[x + other] * weights[1];
   });
 }
 
 /// The radius is a constant where `kRadius` is not 0, which lets the compiler unroll.
 template <int kRadius>
-void convolveRows(const double* in, std::ptrdiff_t in_stride, std::ptrdiff_t tap, double* out,
-                  std::ptrdiff_t out_stride, int rows, std::ptrdiff_t width, const double* weights,
-                  int any_radius) {
+void convolveRows(const double* const* taps, std::ptrdiff_t in_stride, double* out, std::ptrdiff_t out_stride,
+                  int rows, std::ptrdiff_t width, const double* weights, int any_radius) {
   const int radius = kRadius > 0 ? kRadius : any_radius;
-  for (int r = 0; r < rows; ++r, in += in_stride, out += out_stride) {
+  for (int r = 0; r < rows; ++r, out += out_stride) {
+    const std::ptrdiff_t row = r * in_stride;
     for (std::ptrdiff_t x = 0; x < width; x += kLanes) {
-      const double* centre = in + x + radius * tap;
-      Vec sum = load(centre) * weights[0];
-      for (int t = 1; t <= radius; ++t) sum += (load(centre - t * tap) + load(centre + t * tap)) * weights[t];
+      const std::ptrdiff_t at = row + x;
+      Vec sum = load(taps[radius] + at) * weights[0];
+      for (int t = 1; t <= radius; ++t)
+        sum += (load(taps[radius - t] + at) + load(taps[radius + t] + at)) * weights[t];
       store(out + x, sum);
     }
   }
 }
 
-void convolve(const double* in, std::ptrdiff_t in_stride, std::ptrdiff_t tap, double* out,
-              std::ptrdiff_t out_stride, int rows, std::ptrdiff_t width, const double* weights, int radius) {
+void convolve(const double* const* taps, std::ptrdiff_t in_stride, double* out, std::ptrdiff_t out_stride,
+              int rows, std::ptrdiff_t width, const double* weights, int radius) {
   if (radius == 3) {
-    convolveRows<3>(in, in_stride, tap, out, out_stride, rows, width, weights, radius);
+    const double* const fixed[] = {taps[0], taps[1], taps[2], taps[3], taps[4], taps[5], taps[6]};
+    const double factors[] = {weights[0], weights[1], weights[2], weights[3]};
+    convolveRows<3>(fixed, in_stride, out, out_stride, rows, width, factors, radius);
   } else if (radius == 2) {
-    convolveRows<2>(in, in_stride, tap, out, out_stride, rows, width, weights, radius);
+    const double* const fixed[] = {taps[0], taps[1], taps[2], taps[3], taps[4]};
+    const double factors[] = {weights[0], weights[1], weights[2]};
+    convolveRows<2>(fixed, in_stride, out, out_stride, rows, width, factors, radius);
   } else {
-    convolveRows<0>(in, in_stride, tap, out, out_stride, rows, width, weights, radius);
+    convolveRows<0>(taps, in_stride, out, out_stride, rows, width, weights, radius);
   }
 }
 
@@ -91,57 +97,48 @@ void correlate(const double* in, std::ptrdiff_t tap, double* out, std::ptrdiff_t
   }
 }
 
-/// Goes through a volume row by row and keeps the largest values of what `cell(layer, row, x)` returns.
-template <class Row>
-inline void eachRowWithMaxima(int layers, int rows, int width, AxisMaxima maxima, Row row) {
-  for (int x = 0; x < width; ++x) maxima.columns[x] = 0.0;
-  for (int j = 0; j < rows; ++j) maxima.rows[j] = 0.0;
-  for (int k = 0; k < layers; ++k) {
-    maxima.layers[k] = 0.0;
-    for (int j = 0; j < rows; ++j) {
-      const double largest = largestLane(row(k, j));
-      if (largest > maxima.rows[j]) maxima.rows[j] = largest;
-      if (largest > maxima.layers[k]) maxima.layers[k] = largest;
-    }
-  }
-}
-
-void findMaxima(VolumeView<const double> in, int layers, int rows, int width, AxisMaxima maxima) {
-  eachRowWithMaxima(layers, rows, width, maxima, [&](int k, int j) {
-    const double* cells = in.data + k * in.layer_stride + j * in.row_stride;
-    Vec largest{};
+double findMaxima(const double* in, int rows, int width, Maxima maxima) {
+  Vec of_layer{};
+  for (int j = 0; j < rows; ++j) {
+    Vec of_row = load(maxima.rows + j * kRowQuantum);
     for (int x = 0; x < width; x += kLanes) {
-      const Vec value = load(cells + x);
-      largest = larger(value, largest);
+      const Vec value = load(in + x);
+      of_row = larger(value, of_row);
+      of_layer = larger(value, of_layer);
       store(maxima.columns + x, larger(value, load(maxima.columns + x)));
     }
-    return largest;
-  });
+    store(maxima.rows + j * kRowQuantum, of_row);
+    in += width;
+  }
+  return largestLane(of_layer);
 }
 
-void inhibit(VolumeView<const double> excited, VolumeView<double> cells, int layers, int rows, int width,
-             double global, const long long* keep, double* sums, AxisMaxima maxima) {
+double inhibit(const double* excited, std::ptrdiff_t excited_stride, double* cells, int rows, int width,
+               double global, const long long* keep, double* sums, Maxima maxima) {
   Vec partial[kParts];
   for (int p = 0; p < kParts; ++p) partial[p] = load(sums + p * kLanes);
-  eachRowWithMaxima(layers, rows, width, maxima, [&](int k, int j) {
-    const double* from = excited.data + k * excited.layer_stride + j * excited.row_stride;
-    double* to = cells.data + k * cells.layer_stride + j * cells.row_stride;
-    Vec largest{};
+  Vec of_layer{};
+  for (int j = 0; j < rows; ++j) {
+    Vec of_row = load(maxima.rows + j * kRowQuantum);
     for (int x = 0; x < width; x += kRowQuantum) {
       for (int p = 0; p < kParts; ++p) {
         const int at = x + p * kLanes;
-        const Vec left = load(from + at) - load(to + at) - global;
+        const Vec left = load(excited + at) - load(cells + at) - global;
         const Mask positive = left > 0.0;
         const Vec value = (positive & *reinterpret_cast<const Mask*>(keep + at)) ? left : Vec{};
-        store(to + at, value);
+        store(cells + at, value);
         partial[p] += value;
-        largest = larger(value, largest);
+        of_row = larger(value, of_row);
+        of_layer = larger(value, of_layer);
         store(maxima.columns + at, larger(value, load(maxima.columns + at)));
       }
     }
-    return largest;
-  });
+    store(maxima.rows + j * kRowQuantum, of_row);
+    excited += excited_stride;
+    cells += width;
+  }
   for (int p = 0; p < kParts; ++p) store(sums + p * kLanes, partial[p]);
+  return largestLane(of_layer);
 }
 
 double maximum(const double* in, std::ptrdiff_t count) {
@@ -156,4 +153,4 @@ double maximum(const double* in, std::ptrdiff_t count) {
   return largest;
 }
 
-constexpr RowKernels kKernels{copyRows, addRows, convolve, correlate, findMaxima, inhibit, maximum};
+constexpr RowKernels kKernels{copyRows, addBlend, convolve, correlate, findMaxima, inhibit, maximum};

@@ -19,69 +19,75 @@ std::vector<double> halfGaussian(int dim, double width) {
 void Volume::resize(const std::array<int, 3>& new_counts) {
   counts = new_counts;
   width = paddedWidth(counts[kColumn]);
-  cells.atLeast(
-      static_cast<std::size_t>(size() + kRowQuantum));  // readers of columns in the middle may look past
+  // Whoever reads padded rows from a column in the middle on looks past the end by less than a row quantum.
+  cells.atLeast(static_cast<std::size_t>(layerStride() * counts[kLayer] + kRowQuantum));
 }
 
 SeparableFilter::SeparableFilter(int dim, double width_xy, double width_th, const RowKernels& kernels)
     : radius_(dim / 2),
       weights_xy_(halfGaussian(dim, width_xy)),
       weights_th_(halfGaussian(dim, width_th)),
-      kernels_(&kernels) {}
+      kernels_(&kernels),
+      taps_(static_cast<std::size_t>(dim)) {}
 
-void SeparableFilter::planGathering(const GatherAxis& columns, const GatherAxis& rows,
-                                    std::ptrdiff_t row_stride) {
-  width_ = paddedWidth(columns.count);
-  gathered_stride_ = paddedWidth(width_ + 2 * radius_);
-  segments_.clear();
-  appendSegments(
-      segments_, columns.last - columns.first, [&](int c) { return columns.source(columns.first + c); },
-      [&](int c) { return columns.first + c; });
-  from_.clear();
-  to_.clear();
-  for (int p = rows.first; p < rows.last; ++p) {
-    from_.push_back(rows.source(p) * row_stride);
-    to_.push_back(p * gathered_stride_);
-  }
-  // What has no source stays 0 from here on, whichever layer's rows come.
-  const std::size_t positions = rows.sources.size();
-  const std::size_t gathered_size = positions * static_cast<std::size_t>(gathered_stride_);
-  const std::size_t filtered_size = positions * static_cast<std::size_t>(width_);
-  std::fill_n(gathered_.atLeast(gathered_size), gathered_size, 0.0);
-  std::fill_n(along_columns_.atLeast(filtered_size), filtered_size, 0.0);
-}
-
-void SeparableFilter::apply(VolumeView<const double> in, const std::array<GatherAxis, 3>& axes, Volume& out) {
+void SeparableFilter::apply(const CellSource& in, const std::array<GatherAxis, 3>& axes, Volume& out,
+                            const std::function<void(int)>& done) {
   const GatherAxis& layers = axes[kLayer];
   out.resize({axes[kColumn].count, axes[kRow].count, layers.count});
-  planGathering(axes[kColumn], axes[kRow], in.row_stride);
+  gathered_stride_ = paddedWidth(out.width + 2 * radius_);
+  gathering_.planGathering(axes[kColumn], axes[kRow], in.row_stride, gathered_stride_);
+  reserve(axes, out);
 
   const std::ptrdiff_t layer_size = out.layerStride();
-  const int positions = static_cast<int>(layers.sources.size());
-  double* const in_plane = in_plane_.atLeast(layers.sources.size() * static_cast<std::size_t>(layer_size));
-  for (int p = 0; p < positions; ++p) {
-    double* const filtered = in_plane + p * layer_size;
-    if (p < layers.first || p >= layers.last) {
-      std::fill_n(filtered, layer_size, 0.0);
-    } else if (layers.period > 0 && p >= layers.period) {
-      std::copy_n(filtered - layers.period * layer_size, layer_size, filtered);
-    } else {
-      filterLayer(in.data + layers.source(p) * in.layer_stride, axes[kRow], filtered);
+  int filtered = layers.first;
+  for (int k = 0; k < layers.count; ++k) {
+    for (; filtered <= k + 2 * radius_ && filtered < layers.last; ++filtered) {
+      const bool known = layers.period > 0 && filtered >= layers.period;  // a ring shows its beginning again
+      if (!known)
+        filterPlane(in.cells + layers.source(filtered) * in.layer_stride, axes[kRow], out.width,
+                    keptLayer(layers, filtered, layer_size));
     }
+    for (std::size_t t = 0; t < taps_.size(); ++t)
+      taps_[t] = keptLayer(layers, k + static_cast<int>(t), layer_size);
+    kernels_->convolve(taps_.data(), 0, out.layer(k), 0, 1, layer_size, weights_th_.data(), radius_);
+    done(k);
   }
-  kernels_->convolve(in_plane, 0, layer_size, out.cells.data(), 0, 1, out.size(), weights_th_.data(),
-                     radius_);
 }
 
-void SeparableFilter::filterLayer(const double* layer, const GatherAxis& rows, double* out) {
-  const int n_rows = rows.last - rows.first;
-  kernels_->copy({layer, from_.data()}, {gathered_.data(), to_.data()}, n_rows, segments_.data(),
-                 static_cast<int>(segments_.size()));
-  kernels_->convolve(gathered_.data() + rows.first * gathered_stride_, gathered_stride_, 1,
-                     along_columns_.data() + static_cast<std::ptrdiff_t>(rows.first) * width_, width_, n_rows,
-                     width_, weights_xy_.data(), radius_);
-  kernels_->convolve(along_columns_.data(), 0, width_, out, 0, 1,
-                     static_cast<std::ptrdiff_t>(width_) * rows.count, weights_xy_.data(), radius_);
+/// Memory, and zeros where nothing will be written: what has no source stays 0, whichever layer's rows come.
+void SeparableFilter::reserve(const std::array<GatherAxis, 3>& axes, const Volume& out) {
+  const auto positions_y = static_cast<std::size_t>(axes[kRow].positions());
+  const std::size_t gathered_size = positions_y * static_cast<std::size_t>(gathered_stride_);
+  std::fill_n(gathered_.atLeast(gathered_size), gathered_size, 0.0);
+  const std::size_t filtered_size = positions_y * static_cast<std::size_t>(out.width);
+  std::fill_n(along_columns_.atLeast(filtered_size), filtered_size, 0.0);
+  const auto layer_size = static_cast<std::size_t>(out.layerStride());
+  const std::size_t n_kept = 2 + 4 * static_cast<std::size_t>(radius_);
+  std::fill_n(kept_.atLeast(n_kept * layer_size), layer_size, 0.0);
+}
+
+/// In this order: one layer of zeros; the first layers of a ring, which its end needs again; as many as a
+/// kernel spans, in turn.
+double* SeparableFilter::keptLayer(const GatherAxis& layers, int position, std::ptrdiff_t layer_size) {
+  if (position < layers.first || position >= layers.last) return kept_.data();
+  const int on_ring = layers.period > 0 ? position % layers.period : position;
+  const int first_layers = 2 * radius_;
+  const int slot = on_ring < first_layers ? on_ring : first_layers + on_ring % (2 * radius_ + 1);
+  return kept_.data() + (1 + slot) * layer_size;
+}
+
+void SeparableFilter::filterPlane(const double* layer, const GatherAxis& rows, int width, double* out) {
+  kernels_->copy({layer, gathering_.from.data()}, {gathered_.data(), gathering_.to.data()}, gathering_.rows(),
+                 gathering_.segments.data(), gathering_.segmentCount());
+  for (std::size_t t = 0; t < taps_.size(); ++t)
+    taps_[t] = gathered_.data() + rows.first * gathered_stride_ + static_cast<std::ptrdiff_t>(t);
+  kernels_->convolve(taps_.data(), gathered_stride_,
+                     along_columns_.data() + static_cast<std::ptrdiff_t>(rows.first) * width, width,
+                     rows.last - rows.first, width, weights_xy_.data(), radius_);
+  for (std::size_t t = 0; t < taps_.size(); ++t)
+    taps_[t] = along_columns_.data() + static_cast<std::ptrdiff_t>(t) * width;
+  kernels_->convolve(taps_.data(), 0, out, 0, 1, static_cast<std::ptrdiff_t>(width) * rows.count,
+                     weights_xy_.data(), radius_);
 }
 
 }  // namespace ratslam
