@@ -42,3 +42,13 @@ function(ratslam_benchmarks)
     ratslam_warnings(${name})
   endforeach()
 endfunction()
+
+# Tests of what is not compiled: Python scripts, layering, format, tidiness.
+function(ratslam_source_tests)
+  add_test(NAME python COMMAND /usr/bin/python3 -m pytest -q -p no:cacheprovider ${PROJECT_SOURCE_DIR}/test/python)
+  set(style ${PROJECT_SOURCE_DIR}/test/style)
+  add_test(NAME style.layers COMMAND /usr/bin/python3 ${style}/check_layers.py ${PROJECT_SOURCE_DIR})
+  add_test(NAME style.format COMMAND ${style}/check_format.sh ${PROJECT_SOURCE_DIR})
+  add_test(NAME style.tidy COMMAND ${style}/check_tidy.sh ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
+  set_tests_properties(style.tidy PROPERTIES TIMEOUT 3600 COST 1000)
+endfunction()

@@ -6,8 +6,11 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <memory>
+#include <stdexcept>
 
 #include "ratslam/town/town_run.h"
+#include "ratslam_ros/bag_town_sink.h"
 
 namespace {
 
@@ -23,19 +26,44 @@ bool showProgress(int done, int total) {
   return stop_asked == 0;
 }
 
+bool endsWith(const std::string& text, const std::string& ending) {
+  return text.size() >= ending.size() &&
+         text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+/// Takes `--root NAME`, the namespace of a bag's topics, out of the arguments.
+std::string takeRoot(std::vector<std::string>& arguments) {
+  const auto found = std::find(arguments.begin(), arguments.end(), "--root");
+  if (found == arguments.end()) return "town";
+  if (std::next(found) == arguments.end())
+    throw std::invalid_argument("--root: the name of the topics' namespace is missing");
+  const std::string root = *std::next(found);
+  arguments.erase(found, found + 2);
+  return root;
+}
+
+std::unique_ptr<ratslam::TownSink> makeSink(const ratslam::TownOptions& options, const std::string& root) {
+  if (endsWith(options.out, ".bag")) return std::make_unique<ratslam::BagTownSink>(options, root);
+  return ratslam::makeFolderSink(options);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  std::vector<std::string> arguments(argv + 1, argv + argc);
   try {
     if (std::find(arguments.begin(), arguments.end(), "--help") != arguments.end()) {
-      std::cout << ratslam::townUsage();
+      std::cout << ratslam::townUsage()
+                << "\nWhere --out ends with .bag the drive is written as a bag; --root NAME (default: town) "
+                   "is the\n"
+                   "namespace of its topics.\n";
       return 0;
     }
     std::signal(SIGINT, askToStop);
     std::signal(SIGTERM, askToStop);
+    const std::string root = takeRoot(arguments);
     const ratslam::TownOptions options = ratslam::parseTownOptions(arguments);
-    const auto sink = ratslam::makeFolderSink(options);
+    const auto sink = makeSink(options, root);
     const ratslam::TownSummary summary = ratslam::runTown(options, *sink, showProgress);
     std::cout << options.out << ": " << summary.frames << " frames, " << summary.way << " m in "
               << summary.seconds << " s\n";

@@ -30,7 +30,6 @@ class SadIndex {
   /// Template `id`, as it was added.
   std::vector<std::uint8_t> bytes(std::size_t id) const;
 
-  std::size_t size() const { return size_; }
   std::size_t groupCount() const;
 
   /// Number of values compared at each shift: no SAD exceeds 255 times it.
@@ -67,6 +66,7 @@ class SadIndex {
   bool panoramic_;
   std::size_t compared_bytes_;
   std::size_t group_chunks_ = 0;
+  std::size_t segment_groups_ = 1;
   std::vector<std::uint32_t> places_;  // of each byte of the first template in a group
   std::size_t size_ = 0;
   std::vector<std::unique_ptr<Chunk[]>> segments_;

@@ -1,18 +1,13 @@
 /// Search of the learned template most like a view (MODEL section 1, step 5): exact, and much faster than
 /// comparing every value of every template.
 ///
-///   1. Mean gate: templates whose mean differs too much from the view's are no candidates.
-///   2. Coarse bound: by the triangle inequality the difference of two columns is at least that of their
-///   means. The
-///      SAD of the columns' means, in 8 bits with their rounding allowed for, bounds each template's error
-///      from below.
-///   3. Fine bounds: for templates which that does not exclude, the SAD of all values in 8 bits bounds the
-///   error from
-///      both sides. The template of the smallest coarse bound goes first, so that most others are excluded
-///      early.
-///   4. Exact error: the few templates whose bounds overlap the best are computed again in double from their
-///   packed
-///      sums (packed_template.h), every sum of differences in the order row by row, column by column.
+///   1. Mean gate. Templates whose mean differs too much from the view's are no candidates.
+///   2. Coarse bound. By the triangle inequality the difference of two columns is at least that of their
+///      means: the SAD of the columns' means, in 8 bits, bounds each template's error from below.
+///   3. Fine bounds. For what that does not exclude, the SAD of all values in 8 bits bounds the error from
+///      both sides. The template of the smallest coarse bound goes first, so that it excludes most others.
+///   4. Exact error. The few templates whose bounds overlap the best's are compared in double, their
+///      values computed again from packed sums (packed_template.h), row by row and column by column.
 ///
 /// An 8-bit SAD differs from 255 times the true sum by no more than rounding moved the values of view and
 /// template, which is kept for each. Hence winner, error, ties and decision are those of an exhaustive search

@@ -2,6 +2,7 @@
 ///
 ///     trajectory_online.tum  poses as they were known at the time
 ///     trajectory_final.tum   the path as the finished map sees it
+///     trajectory_odometry.tum  the visual odometry alone
 ///     map.yaml               experiences and links
 ///     templates.csv          stamp,template_id,error,relative_rad          a line a view event
 ///     actions.csv            stamp,action,src_id,dest_id,x,y,th            a line a decision, pose cells in
@@ -37,6 +38,7 @@ class RunLog {
   std::string folder_;
   std::ofstream templates_;
   std::ofstream actions_;
+  std::vector<StampedPose3> odometry_;
   std::size_t frames_ = 0;
 };
 

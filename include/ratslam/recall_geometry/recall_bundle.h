@@ -9,8 +9,7 @@
 /// 2. Observations off by more than the gate become outliers and may come back; repeated.
 /// 3. Covariance of the poses: the inverse of the reduced Hessian times the residuals' own variance.
 ///
-/// Gauge: at least one view's translation has a fixed length (or is none at all), and all lengths are in its
-/// unit.
+/// Gauge: at least one view's translation has a fixed length or is none at all; all lengths are in its unit.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,6 +17,13 @@
 #include <vector>
 
 namespace ratslam {
+
+/// Cross-product matrix: crossMatrix(a) b = a x b.
+inline Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& a) {
+  Eigen::Matrix3d m;
+  m << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+  return m;
+}
 
 /// How much of a view's pose is free.
 enum class RecallMotion {
@@ -57,9 +63,9 @@ struct RecallBundle {
 double inverseDepth(const RecallView& view, const Eigen::Vector2d& anchor, const Eigen::Vector2d& bearing);
 
 /// Refines views and points and marks outliers. Inverse depths need a sensible start (inverseDepth).
-/// @return covariance of all views' (rotation, translation), 6 a view, rotation first, both as increments
-/// from the left: R <- exp(dr) R, t <- t + dt. Nothing where too few observations agree to determine the
-/// poses.
+/// At most two views. @return covariance of all views' (rotation, translation), 6 a view, rotation first,
+/// both as increments from the left: R <- exp(dr) R, t <- t + dt. Nothing where too few observations agree to
+/// determine the poses.
 std::optional<Eigen::MatrixXd> refineRecallBundle(RecallBundle& bundle);
 
 /// Number of inliers among the observations of a view.

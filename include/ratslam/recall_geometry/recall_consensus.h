@@ -1,9 +1,8 @@
 /// A first guess of a view's pose from matches of which many are wrong: consensus of minimal samples
 /// (Fischler and Bolles 1981) with truncated costs (MSAC: Torr and Zisserman 2000).
 ///
-/// - Epipolar: five matches give an essential matrix (Nister 2004); of its four motions the one that puts
-/// most
-///   points before both views. The translation has unit length.
+/// - Epipolar: five matches give an essential matrix (Nister 2004), and of its four motions the one that puts
+///   most points before both views is taken. The translation has unit length.
 /// - Resection: three points of known inverse depth give a pose (P3P; Ke and Roumeliotis 2017). It has no
 ///   degenerate case where the views coincide or the scene is flat, and it keeps the unit of the depths.
 ///

@@ -3,11 +3,9 @@
 ///
 /// 1. Grey image of any pixel format, in 8 bits; shrunk where it has more pixels than features need.
 /// 2. FAST corners on each level of a pyramid. Cells of a grid give up their strongest corners in turn until
-/// there
-///    are enough, because the strongest of all cluster on foliage and the like.
+///    there are enough, because the strongest of all cluster on foliage and the like.
 /// 3. Direction from the intensity centroid, descriptor by OpenCV's ORB.
-/// 4. Places become bearings (X/Z, Y/Z) in the camera frame (x right, y down, z forward), free of lens
-/// distortion.
+/// 4. Places become bearings (X/Z, Y/Z) in the camera frame (x right, y down, z forward), free of the lens.
 #pragma once
 
 #include <Eigen/Core>

@@ -3,27 +3,29 @@
 ///
 /// A template is learned:
 /// 1. ORB features of its image, matched to those of a companion image a few frames earlier.
-/// 2. Relative pose of the two by epipolar consensus and bundle adjustment; inverse depths of the matched
-/// features
-///    in units of the way between the two. Too little parallax: an earlier companion, in the end none.
+/// 2. Relative pose of the two by epipolar consensus and bundle adjustment, and inverse depths of the matched
+///    features in units of the way between the two. Too little parallax: an earlier companion, or none.
 ///
 /// A recall is verified:
 /// 1. ORB features of the present image, matched to the template's.
 /// 2. A first pose by resection against the template's depths; without a companion by epipolar consensus.
-/// 3. Bundle adjustment of template, companion and present image together. It measures heading, offset and
-/// the
-///    offset's length as a ratio to the way companion -> template, all with the covariance that the residuals
-///    have. Without companion only the direction is known, and not even that where a mere rotation explains
-///    the matches.
+/// 3. Bundle adjustment of template, companion and present image together: heading, offset, and the offset's
+///    length as a ratio to the way companion -> template, with the covariance that the residuals have.
+///    Without a companion only the direction is known, and not even that where a mere rotation explains the
+///    matches.
 ///
 /// Three answers: nothing (rejected: the image does not show that place), a geometry with inliers > 0
 /// (confirmed) and one with inliers = 0 (unknown: `vt_verify` is none, the template was dropped, or it has
 /// too few features for any image to be confirmed; the recall is neither supported nor contradicted).
 ///
-/// Memory: a template takes at most bytesPerTemplate() (features x 69 bytes + a constant), all of them at
-/// most vt_verify_max_templates times that. When full, the template whose neighbours in time were learned
-/// closest to each other is dropped: what remains covers the path evenly. Beside them the last kRecallRing
-/// images are kept.
+/// Memory: a template takes at most bytesPerTemplate(), 60 bytes a feature and less than a kilobyte beside
+/// (30 kB with 500 features), and all of them at most vt_verify_max_templates times that (150 MB with 5000).
+/// When full, the template whose neighbours were learned closest to each other in time is dropped: what
+/// remains covers the path evenly. Beside them the last 13 grey images are kept, with the features of those
+/// that needed them.
+///
+/// Cost: frame() copies an image. A learned or verified image is extracted once, with three times a
+/// template's features so that the template's own are found again.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@ namespace ratslam {
 struct RecallGeometryParams {
   std::string verify = "none";  ///< "none": nothing is stored or measured; "orb": ORB geometry
   int features = 500;           ///< features of an image
-  int min_inliers = 25;         ///< matches that must agree for a recall to be confirmed
+  int min_inliers = 20;         ///< matches that must agree for a recall to be confirmed
   int max_templates = 5000;     ///< templates kept: a bound on memory
 
   template <class Visitor>

@@ -9,7 +9,8 @@
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kSegmentGroups = 32;  // a new segment is cheap, and a search makes few calls
+constexpr std::size_t kSegmentChunks = 8192;   // 512 KB: a new segment is cheap,
+constexpr std::size_t kMaxSegmentGroups = 64;  // also that of a small map, and a search makes few calls
 
 std::size_t asSize(int value) { return static_cast<std::size_t>(value); }
 
@@ -79,6 +80,7 @@ SadIndex::SadIndex(const LocalViewParams& params, int rows, SimdLevel level)
   } else {
     placeByColumns();
   }
+  segment_groups_ = std::clamp<std::size_t>(kSegmentChunks / group_chunks_, 1, kMaxSegmentGroups);
 }
 
 SadIndex::~SadIndex() = default;
@@ -116,13 +118,13 @@ std::size_t SadIndex::groupCount() const { return (size_ + kGroupLanes - 1) / kG
 
 std::uint8_t* SadIndex::firstByteOf(std::size_t id) const {
   const std::size_t group = id / kGroupLanes;
-  Chunk* segment = segments_[group / kSegmentGroups].get();
-  return segment[group % kSegmentGroups * group_chunks_].bytes + id % kGroupLanes * 8;
+  Chunk* segment = segments_[group / segment_groups_].get();
+  return segment[group % segment_groups_ * group_chunks_].bytes + id % kGroupLanes * 8;
 }
 
 void SadIndex::add(const std::vector<std::uint8_t>& bytes) {
-  if (size_ == segments_.size() * kSegmentGroups * kGroupLanes) {
-    segments_.push_back(std::make_unique<Chunk[]>(kSegmentGroups * group_chunks_));
+  if (size_ == segments_.size() * segment_groups_ * kGroupLanes) {
+    segments_.push_back(std::make_unique<Chunk[]>(segment_groups_ * group_chunks_));
   }
   std::uint8_t* target = firstByteOf(size_);
   for (std::size_t i = 0; i < places_.size(); ++i) target[places_[i]] = bytes[i];
@@ -172,7 +174,7 @@ void SadIndex::setView(const std::vector<std::uint8_t>& bytes) {
 
 void SadIndex::smallestSads(std::size_t first, std::size_t last, std::uint32_t* smallest) const {
   while (first < last) {
-    const std::size_t count = std::min(last - first, kSegmentGroups - first % kSegmentGroups);
+    const std::size_t count = std::min(last - first, segment_groups_ - first % segment_groups_);
     const std::uint8_t* groups = firstByteOf(first * kGroupLanes);
     if (view_->slides) {
 #if defined(__x86_64__)
@@ -198,7 +200,7 @@ std::uint32_t SadIndex::sad(const std::vector<std::uint8_t>& template_bytes, int
 }
 
 std::size_t SadIndex::memoryBytes() const {
-  return segments_.size() * kSegmentGroups * group_chunks_ * sizeof(Chunk);
+  return segments_.size() * segment_groups_ * group_chunks_ * sizeof(Chunk);
 }
 
 }  // namespace ratslam

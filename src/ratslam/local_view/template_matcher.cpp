@@ -13,8 +13,12 @@ namespace ratslam {
 namespace {
 
 constexpr std::uint32_t kNoCandidate = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kBatchGroups =
-    16;  // searched in one go: enough to prefetch, few enough to profit early
+constexpr std::size_t kBatchGroups = 64;  // searched in one go, so that the next can be fetched in time
+
+const LocalViewParams& validated(const LocalViewParams& params) {
+  params.validate();
+  return params;
+}
 
 /// All values in 8 bits, column by column.
 std::vector<std::uint8_t> columnBytes(const ViewTemplate& view, const TemplateParams& params) {
@@ -50,7 +54,7 @@ std::uint32_t roundingOf(const ViewTemplate& view) {
 }  // namespace
 
 TemplateMatcher::TemplateMatcher(const LocalViewParams& params, SimdLevel level)
-    : params_((params.validate(), params)),
+    : params_(validated(params)),
       coarse_(params, 1, level),
       fine_(params, params.view_template.y_size, level) {}
 

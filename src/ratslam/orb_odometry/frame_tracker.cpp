@@ -44,8 +44,12 @@ PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map,
 TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::vector<Observation>& last,
                            const RigidTransform& predicted, Frame& frame, const TrackingParams& params) {
   const PoseEstimate rough = poseFromLastFrame(camera, map, last, predicted, frame, params.loss);
-  if (rough.inliers < params.min_tracked / 2) return {};
-  return trackLocalMap(camera, map, rough.T_camera_world, frame, params);
+  if (rough.inliers >= params.min_tracked / 2) {
+    TrackingOutcome outcome = trackLocalMap(camera, map, rough.T_camera_world, frame, params);
+    if (outcome.tracked) return outcome;
+  }
+  // After blind frames the descriptors may fail where the prediction itself is still good to a few pixels.
+  return trackLocalMap(camera, map, predicted, frame, params);
 }
 
 TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose,

@@ -156,7 +156,8 @@ void OrbOdometry::trackMap(OrbResult& result, double dt) {
   lost_for_ = 0.0;
   result.tracked_points = outcome.estimate.inliers;
   last_covariance_ = outcome.estimate.covariance;
-  if (standsStill()) {
+  const bool still = standsStill();
+  if (still) {
     frame_->T_camera_world = lastPose();
   } else {
     if (wantsKeyframe()) {
@@ -167,7 +168,13 @@ void OrbOdometry::trackMap(OrbResult& result, double dt) {
   }
   setMotion(result, lastPose(), dt, outcome.estimate.covariance);
   // A jump back into the map is no velocity to go on with.
-  if (!found_back) velocity_ = logTransform(frame_->T_camera_world * lastPose().inverse()) / dt;
+  if (still) {
+    result.twist.setZero();  // exactly: not the rounding of a pose and its inverse
+    result.sample.speed = result.sample.yaw_rate = 0.0;
+    velocity_.setZero();
+  } else if (!found_back) {
+    velocity_ = logTransform(frame_->T_camera_world * lastPose().inverse()) / dt;
+  }
   rememberPose();
 }
 

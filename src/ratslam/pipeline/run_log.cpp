@@ -82,6 +82,9 @@ RunLog::RunLog(const std::string& folder) : folder_(folder) {
 
 void RunLog::append(const Pipeline::Progress& progress) {
   frames_ += progress.views.size();
+  for (const OdometrySample& sample : progress.odometry) {
+    if (sample.pose) odometry_.push_back({sample.stamp, *sample.pose});
+  }
   for (const ViewEvent& view : progress.views) {
     templates_ << formatStamp(view.stamp) << ',' << view.id << ',' << view.error << ',' << view.relative_rad
                << '\n';
@@ -98,6 +101,7 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
                     const std::map<std::string, double>& counts) {
   requireWritten(templates_, folder_ + "/templates.csv");
   requireWritten(actions_, folder_ + "/actions.csv");
+  if (!odometry_.empty()) writeTum(folder_ + "/trajectory_odometry.tum", odometry_);
   writeTum(folder_ + "/trajectory_online.tum", toPoses3(pipeline.map().onlineTrajectory()));
   writeTum(folder_ + "/trajectory_final.tum", toPoses3(pipeline.map().finalTrajectory()));
   std::ofstream map = open(folder_ + "/map.yaml");

@@ -27,12 +27,6 @@ using PoseVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSize, 1>;
 using PoseRow = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxSize>;
 using PointRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
 /// Directions in which a view's pose may move, as columns over (rotation, translation).
 Basis freedom(const RecallView& view) {
   const int dofs = view.motion == RecallMotion::kRotation ? 3 : view.motion == RecallMotion::kUnit ? 5 : 6;
@@ -65,7 +59,7 @@ Residual residual(const RecallView& view, const RecallPoint& point, const Recall
   Eigen::Matrix<double, 2, 3> by_m;
   by_m << 1.0, 0.0, -at.x(), 0.0, 1.0, -at.y();
   by_m /= m.z() * seen.sigma;
-  r.by_pose.leftCols<3>() = -by_m * skew(turned);
+  r.by_pose.leftCols<3>() = -by_m * crossMatrix(turned);
   r.by_pose.rightCols<3>() = by_m * point.inverse_depth;
   r.by_depth = by_m * view.t;
   return r;

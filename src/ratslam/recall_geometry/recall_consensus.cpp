@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kGate = 4.0;         // of an inlier [sigma]
 constexpr double kConfidence = 0.99;  // that one sample was free of outliers
+constexpr int kMinSamples = 50;       // the first clean sample may sit in the wrong of two near-equal minima
 constexpr int kEpipolarSamples = 150;
 constexpr int kResectionSamples = 300;
 
@@ -155,9 +156,9 @@ void drawSamples(std::size_t count, int most, Consider&& consider) {
     }
     const double share = static_cast<double>(consider(sample)) / static_cast<double>(count);
     const double clean = std::pow(share, static_cast<double>(kSize));
-    if (clean >= 1.0) return;
-    if (clean > 0.0)
-      needed = static_cast<int>(std::min<double>(most, std::log(1.0 - kConfidence) / std::log1p(-clean)));
+    // log1p(-1) is minus infinity: then the least number will do. log1p(0) is 0: then the most.
+    const double enough = std::log(1.0 - kConfidence) / std::log1p(-clean);
+    needed = static_cast<int>(std::clamp(std::abs(enough), 1.0 * kMinSamples, 1.0 * most));
   }
 }
 

@@ -17,6 +17,8 @@ constexpr std::array<std::size_t, 3> kCompanionGaps{3, 6,
                                                     12};  // frames before the template's, in order of trial
 constexpr std::size_t kRing = kCompanionGaps.back() + 1;
 constexpr double kMinDepthSignal = 5.0;  // median inverse depth of companion matches, in its own sigmas
+constexpr double kMinCompanionShare =
+    0.5;                    // of the matches that agree: fewer, and their agreement may be chance
 constexpr int kDenser = 3;  // features of a present or companion image for each one of a template
 constexpr double kMaxRotationShare =
     0.9;  // of the inliers that a mere rotation keeps: more, and it is the model
@@ -59,11 +61,6 @@ double depthSignal(const RecallBundle& bundle) {
 /// Fills in what the pose of the present image says, seen from the template's camera (x forward, y left).
 /// @param covariance of the view's (rotation, translation), 6 x 6
 void describe(const RecallView& view, const Eigen::MatrixXd& covariance, RecallGeometry& geometry) {
-  const auto cross = [](const Eigen::Vector3d& v) {
-    Eigen::Matrix3d m;
-    m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-    return m;
-  };
   const Eigen::Matrix3d back = view.R.transpose();
   // Camera axes (x right, z forward) to planar ones (x forward, y left).
   Eigen::Matrix<double, 2, 3> plane;
@@ -72,7 +69,7 @@ void describe(const RecallView& view, const Eigen::MatrixXd& covariance, RecallG
   const Eigen::Vector2d ahead = plane * back.col(2);
   const Eigen::RowVector2d across(-ahead.y(), ahead.x());
   const Eigen::RowVector3d heading_by_rotation =
-      across * plane * back * cross(Eigen::Vector3d::UnitZ()) / std::max(ahead.squaredNorm(), 1e-12);
+      across * plane * back * crossMatrix(Eigen::Vector3d::UnitZ()) / std::max(ahead.squaredNorm(), 1e-12);
   geometry.relative_rad = std::atan2(ahead.y(), ahead.x());
   geometry.sigma_rotation = std::min(kPi, std::sqrt(heading_by_rotation * covariance.topLeftCorner<3, 3>() *
                                                     heading_by_rotation.transpose()));
@@ -80,7 +77,7 @@ void describe(const RecallView& view, const Eigen::MatrixXd& covariance, RecallG
   const Eigen::Vector2d offset = plane * (-(back * view.t));
   const double length = offset.norm();
   Eigen::Matrix<double, 2, 6> offset_by_pose;
-  offset_by_pose << -plane * back * cross(view.t), -plane * back;
+  offset_by_pose << -plane * back * crossMatrix(view.t), -plane * back;
   const Eigen::Matrix2d spread = offset_by_pose * covariance * offset_by_pose.transpose();
   const Eigen::Vector2d along = length > 0.0 ? Eigen::Vector2d(offset / length) : Eigen::Vector2d::UnitX();
   const Eigen::Vector2d aside(-along.y(), along.x());
@@ -140,7 +137,10 @@ std::optional<RecallGeometryEstimator::Companion> RecallGeometryEstimator::compa
   const std::optional<RecallView> start = epipolarConsensus(pairs, params_.min_inliers);
   if (!start) return std::nullopt;
   RecallBundle bundle = bundleOf(*start, pairs);
-  if (!refineRecallBundle(bundle) || inlierCount(bundle, 0) < params_.min_inliers) return std::nullopt;
+  if (!refineRecallBundle(bundle)) return std::nullopt;
+  const double least =
+      std::max(1.0 * params_.min_inliers, kMinCompanionShare * static_cast<double>(pairs.size()));
+  if (inlierCount(bundle, 0) < least) return std::nullopt;
   if (depthSignal(bundle) < kMinDepthSignal) return std::nullopt;
 
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();

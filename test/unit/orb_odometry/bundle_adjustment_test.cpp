@@ -36,7 +36,8 @@ Scene makeScene(double pixel_noise) {
     for (int pose = 0; pose < 8; ++pose) {
       const Eigen::Vector2d noise(normal(random), normal(random));
       const Eigen::Vector2d pixel =
-          camera.project(truth.poses[static_cast<std::size_t>(pose)] * truth.points.back()) + pixel_noise * noise;
+          camera.project(truth.poses[static_cast<std::size_t>(pose)] * truth.points.back()) +
+          pixel_noise * noise;
       truth.observations.push_back({pose, point, pixel, 1.0});
     }
   }

@@ -98,11 +98,11 @@ TEST_P(CameraLens, JacobianIsTheNumericalOne) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Models, CameraLens,
-    testing::Values(Lens{LensModel::kPlumbBob, {-0.28, 0.07, 0.0002, -0.0001, 0.01}},
-                    Lens{LensModel::kRationalPolynomial, {0.2, -0.1, 0.001, 0.0005, 0.02, 0.45, -0.05, 0.01}},
-                    Lens{LensModel::kEquidistant, {-0.02, 0.004, -0.003, 0.0006}}));
+INSTANTIATE_TEST_SUITE_P(Models, CameraLens,
+                         testing::Values(Lens{LensModel::kPlumbBob, {-0.28, 0.07, 0.0002, -0.0001, 0.01}},
+                                         Lens{LensModel::kRationalPolynomial,
+                                              {0.2, -0.1, 0.001, 0.0005, 0.02, 0.45, -0.05, 0.01}},
+                                         Lens{LensModel::kEquidistant, {-0.02, 0.004, -0.003, 0.0006}}));
 
 TEST(CameraModel, NamesWhatIsWrong) {
   CameraModel camera = smallCamera();
@@ -156,7 +156,8 @@ TEST(PoseRefinement, EstimatesTheNoiseItself) {
   std::normal_distribution<double> noise(0.0, 0.8);
   std::vector<PoseObservation> observations;
   for (const auto& point : scatteredPoints(400, 2)) {
-    observations.push_back({point, camera.project(point) + Eigen::Vector2d(noise(random), noise(random)), 1.0});
+    observations.push_back(
+        {point, camera.project(point) + Eigen::Vector2d(noise(random), noise(random)), 1.0});
   }
   const PoseEstimate estimate = refinePose(camera, RigidTransform{}, observations, RobustLoss{});
   EXPECT_NEAR(estimate.sigma, 0.8, 0.08);
@@ -177,7 +178,8 @@ TEST(Triangulation, FindsExactPointsAndRefusesParallelRays) {
     ASSERT_TRUE(found);
     EXPECT_LT((*found - point).norm(), 1e-5 * point.norm());
   }
-  const std::vector<View> same_place = {{RigidTransform{}, {200, 80}, 1.0}, {RigidTransform{}, {200, 80}, 1.0}};
+  const std::vector<View> same_place = {{RigidTransform{}, {200, 80}, 1.0},
+                                        {RigidTransform{}, {200, 80}, 1.0}};
   EXPECT_FALSE(triangulate(camera, same_place));
 }
 
@@ -186,7 +188,8 @@ struct TwoViewScene {
   std::vector<Eigen::Vector2d> second;
 };
 
-TwoViewScene view(const CameraModel& camera, const std::vector<Eigen::Vector3d>& points, const RigidTransform& T) {
+TwoViewScene view(const CameraModel& camera, const std::vector<Eigen::Vector3d>& points,
+                  const RigidTransform& T) {
   TwoViewScene scene;
   for (const auto& point : points) {
     scene.first.push_back(camera.project(point));

@@ -89,9 +89,8 @@ TEST_F(OrbOdometryOnAStreet, FirstTrackedFrameCarriesTheWholeMotionSinceTheStart
 TEST_F(OrbOdometryOnAStreet, YawIsCounterClockwisePositive) {
   OrbOdometry odometry(smallCamera(), metric());
   const double turn = 0.012;  // to the left, per frame
-  const auto results = drive(odometry, 30, [&](int i) {
-    return cameraAt(-0.5 * kStep * turn * i * i, kStep * i, turn * i);
-  });
+  const auto results =
+      drive(odometry, 30, [&](int i) { return cameraAt(-0.5 * kStep * turn * i * i, kStep * i, turn * i); });
   const Eigen::Vector3d forward = results.back().sample.pose->linear().col(0);
   EXPECT_NEAR(std::atan2(forward.y(), forward.x()), 29 * turn, 0.01);
   EXPECT_NEAR(results.back().sample.yaw_rate, turn / kPeriod, 0.02);
@@ -138,8 +137,8 @@ TEST_F(OrbOdometryOnAStreet, PureRotationTurnsWithoutMoving) {
   for (std::size_t i = 1; i < results.size(); ++i) {
     EXPECT_EQ(results[i].state, OrbState::kTracking);
     EXPECT_LT(travelled(results, 0, i), 0.05);
-    EXPECT_NEAR(results[i].sample.yaw_rate * kPeriod, yaw_of(static_cast<int>(i)) - yaw_of(static_cast<int>(i) - 1),
-                0.003);
+    EXPECT_NEAR(results[i].sample.yaw_rate * kPeriod,
+                yaw_of(static_cast<int>(i)) - yaw_of(static_cast<int>(i) - 1), 0.003);
   }
 }
 
@@ -148,7 +147,8 @@ TEST_F(OrbOdometryOnAStreet, DroppedFramesCostNothing) {
   std::vector<OrbResult> results;
   for (int i = 0; i < 40; ++i) {
     if (i == 20 || i == 27 || i == 28) continue;
-    results.push_back(odometry.track(stampFromSeconds(kPeriod * i), scene().render(smallCamera(), straight(i))));
+    results.push_back(
+        odometry.track(stampFromSeconds(kPeriod * i), scene().render(smallCamera(), straight(i))));
   }
   EXPECT_EQ(odometry.restarts(), 0);
   for (std::size_t i = 12; i < results.size(); ++i) {
@@ -295,9 +295,8 @@ TEST_F(OrbOdometryOnAStreet, AnotherImageSizeIsAnErrorThatLeavesTheStateAlone) {
 
 TEST_F(OrbOdometryOnAStreet, ColourImagesAreTakenToo) {
   OrbOdometry odometry(smallCamera(), metric());
-  const auto results = drive(odometry, 8, straight, [](int, cv::Mat& image) {
-    cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
-  });
+  const auto results = drive(odometry, 8, straight,
+                             [](int, cv::Mat& image) { cv::cvtColor(image, image, cv::COLOR_GRAY2BGR); });
   EXPECT_EQ(results.back().state, OrbState::kTracking);
 }
 

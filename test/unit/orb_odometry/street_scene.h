@@ -1,5 +1,5 @@
-/// A street of textured planes, rendered exactly: a road at y = height and a wall on either side, grey sky above.
-/// World axes are the camera's at the start: x right, y down, z forward [m].
+/// A street of textured planes, rendered exactly: a road at y = height and a wall on either side, grey sky
+/// above. World axes are the camera's at the start: x right, y down, z forward [m].
 #pragma once
 
 #include <cmath>
@@ -56,8 +56,7 @@ class StreetScene {
     const Eigen::Matrix3d rotation = T_world_camera.rotation.toRotationMatrix();
     for (int v = 0; v < camera.height; ++v) {
       for (int u = 0; u < camera.width; ++u) {
-        const Eigen::Vector3d ray =
-            rotation * camera.bearing(camera.undistort(Eigen::Vector2d(u, v)));
+        const Eigen::Vector3d ray = rotation * camera.bearing(camera.undistort(Eigen::Vector2d(u, v)));
         image.at<uchar>(v, u) = shade(camera, centre, ray);
       }
     }
@@ -65,7 +64,7 @@ class StreetScene {
   }
 
  private:
-  static constexpr double kHalfWidth = 6.0;       // of the street
+  static constexpr double kHalfWidth = 6.0;  // of the street
   static constexpr double kWallHeight = 9.0;
   static constexpr double kTexelsPerMetre = 28.0;
 
@@ -90,7 +89,8 @@ class StreetScene {
     }
     if (nearest > 150.0) return 128;
     const double footprint = kTexelsPerMetre * nearest / camera.fx;
-    const double level = std::max(0.0, std::min(std::log2(std::max(1e-3, footprint)) + 0.5, static_cast<double>(levels_.size()) - 2.0));
+    const double level = std::max(
+        0.0, std::min(std::log2(std::max(1e-3, footprint)) + 0.5, static_cast<double>(levels_.size()) - 2.0));
     const int low = static_cast<int>(level);
     const double share = level - low;
     const double grey = (1.0 - share) * sample(low, s, t) + share * sample(low + 1, s, t);
