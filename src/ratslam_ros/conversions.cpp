@@ -102,6 +102,7 @@ RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message) {
   geometry.relative_rad = message.relative_rad;
   geometry.direction_rad = message.direction_rad;
   geometry.distance = message.distance;
+  geometry.sigma_distance = message.sigma_distance;
   geometry.sigma_rotation = message.sigma_rotation;
   geometry.sigma_direction = message.sigma_direction;
   geometry.inliers = static_cast<int>(message.inliers);
@@ -119,6 +120,7 @@ ratslam_ros::RecallGeometry geometryToMessage(const RecallGeometry& geometry) {
   message.relative_rad = geometry.relative_rad;
   message.direction_rad = geometry.direction_rad;
   message.distance = geometry.distance;
+  message.sigma_distance = geometry.sigma_distance;
   message.sigma_rotation = geometry.sigma_rotation;
   message.sigma_direction = geometry.sigma_direction;
   message.inliers = static_cast<std::uint32_t>(geometry.inliers);

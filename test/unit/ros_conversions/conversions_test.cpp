@@ -100,13 +100,14 @@ TEST(Events, UnknownActionIsNamed) {
 }
 
 TEST(Events, GeometrySurvivesTheWire) {
-  const RecallGeometry geometry{7, 21, 0.1, -2.0, -1.0, 0.01, 0.2, 85, 5000000003, 4000000002, 1.5, 0.25};
+  const RecallGeometry geometry{7, 21, 0.1, -2.0, 3.0, 0.4, 0.01, 0.2, 85, 5000000003, 4000000002, 1.5, 0.25};
   const RecallGeometry back = geometryFromMessage(geometryToMessage(geometry));
   EXPECT_EQ(back.stamp, geometry.stamp);
   EXPECT_EQ(back.view_id, geometry.view_id);
   EXPECT_EQ(back.relative_rad, geometry.relative_rad);
   EXPECT_EQ(back.direction_rad, geometry.direction_rad);
   EXPECT_EQ(back.distance, geometry.distance);
+  EXPECT_EQ(back.sigma_distance, geometry.sigma_distance);
   EXPECT_EQ(back.sigma_rotation, geometry.sigma_rotation);
   EXPECT_EQ(back.sigma_direction, geometry.sigma_direction);
   EXPECT_EQ(back.inliers, geometry.inliers);
