@@ -27,11 +27,12 @@ struct TopologicalAction {
   double relative_rad = 0.0;  ///< heading now relative to that of the destination [rad]
 };
 
-/// Where an image was taken, relative to where the matched template was learned, as image geometry measured it.
+/// Where an image was taken, relative to where the matched template was learned, as image geometry measured
+/// it.
 ///
-/// A monocular camera measures heading, the direction of the offset, and its length only in comparison with another
-/// length: the way from a companion image, seen shortly before the template's, to the template's image. Whoever knows
-/// the odometry between those two stamps turns the ratio into `distance`.
+/// A monocular camera measures heading, the direction of the offset, and its length only in comparison with
+/// another length: the way from a companion image, seen shortly before the template's, to the template's
+/// image. Whoever knows the odometry between those two stamps turns the ratio into `distance`.
 struct RecallGeometry {
   Stamp stamp = 0;
   std::uint32_t view_id = 0;     ///< template that was recalled
@@ -44,8 +45,9 @@ struct RecallGeometry {
   int inliers = 0;               ///< feature matches that agree with the geometry; 0: nothing was measured
   Stamp template_stamp = 0;      ///< of the image from which the template was learned
   Stamp companion_stamp = 0;     ///< of the companion image; equal to template_stamp where there is none
-  double distance_ratio = -1.0;  ///< length of the offset / length of the way companion -> template, negative: unknown
-  double sigma_ratio = 0.0;      ///< standard deviation of distance_ratio
+  double distance_ratio =
+      -1.0;  ///< length of the offset / length of the way companion -> template, negative: unknown
+  double sigma_ratio = 0.0;  ///< standard deviation of distance_ratio
 };
 
 }  // namespace ratslam

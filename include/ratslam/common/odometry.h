@@ -18,8 +18,8 @@ struct OdometrySample {
   std::optional<Eigen::Isometry3d> pose;
 };
 
-/// A sample as it is after a message has carried it, which rounds the pose's rotation to a quaternion. Whoever hands
-/// samples on without a message applies this, so that both ways give the same bits.
+/// A sample as it is after a message has carried it, which rounds the pose's rotation to a quaternion.
+/// Whoever hands samples on without a message applies this, so that both ways give the same bits.
 inline OdometrySample asTransmitted(OdometrySample sample) {
   if (sample.pose) {
     sample.pose->linear() = Eigen::Quaterniond(sample.pose->linear()).normalized().toRotationMatrix();

@@ -11,8 +11,8 @@
 #include <memory>
 #include <vector>
 
-#include "ratslam/local_view/local_view_params.h"
 #include "ratslam/common/simd_level.h"
+#include "ratslam/local_view/local_view_params.h"
 
 namespace ratslam {
 

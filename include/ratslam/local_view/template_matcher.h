@@ -18,10 +18,10 @@
 #include <optional>
 #include <vector>
 
+#include "ratslam/common/simd_level.h"
 #include "ratslam/local_view/local_view_params.h"
 #include "ratslam/local_view/packed_template.h"
 #include "ratslam/local_view/sad_index.h"
-#include "ratslam/common/simd_level.h"
 #include "ratslam/local_view/view_template.h"
 
 namespace ratslam {

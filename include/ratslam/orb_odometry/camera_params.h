@@ -28,7 +28,8 @@ struct CameraParams {
     visit("camera_fy", fy, Bounds{0, 1e6}, "focal length along y [px]");
     visit("camera_cx", cx, Bounds{-1e6, 1e6}, "principal point [px]");
     visit("camera_cy", cy, Bounds{-1e6, 1e6}, "principal point [px]");
-    visit("camera_distortion_model", distortion_model, Bounds{}, "plumb_bob, rational_polynomial or equidistant");
+    visit("camera_distortion_model", distortion_model, Bounds{},
+          "plumb_bob, rational_polynomial or equidistant");
     visit("camera_distortion", distortion, Bounds{}, "its coefficients, in OpenCV's order");
   }
 

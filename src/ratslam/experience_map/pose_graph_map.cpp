@@ -26,8 +26,8 @@ constexpr double kShortestStretch = 0.01;
 /// error.
 constexpr double kLateralShare = 0.1;
 
-/// How little is known of a way that nobody measured: place [exp_recall_sigma], facing [rad], log-scale. Just enough
-/// to hold what lies beyond it until a recall says where it is.
+/// How little is known of a way that nobody measured: place [exp_recall_sigma], facing [rad], log-scale. Just
+/// enough to hold what lies beyond it until a recall says where it is.
 constexpr double kLostPlace = 1000.0;
 constexpr double kLostFacing = 10.0;
 constexpr double kLostScale = 1.0;

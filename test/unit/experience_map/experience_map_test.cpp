@@ -111,13 +111,32 @@ TEST_P(SmallMap, SetNodeMakesNoLink) {
   EXPECT_EQ(map.currentExperience(), 1U);
 }
 
-TEST_P(SmallMap, TimeOfALinkSkipsAJumpOfTheClock) {
+TEST_P(SmallMap, LinksNothingAcrossAJumpOfTheClock) {
+  const std::size_t links = map.graph().links().size();
   map.integrate(5 * kSecond, motion(0.5));
   map.start(2 * kSecond);
   map.integrate(4 * kSecond, motion(0.5));
   map.apply(action(ActionKind::kCreateNode, 3, 4));
-  EXPECT_DOUBLE_EQ(map.graph().links().back().duration_s, 3.0);
+  EXPECT_EQ(map.graph().links().size(), links) << "nobody measured the way to the first place after the jump";
+  map.integrate(5 * kSecond, motion(1.0));
+  map.apply(action(ActionKind::kCreateNode, 4, 5));
+  EXPECT_DOUBLE_EQ(map.graph().links().back().duration_s, 1.0);
   EXPECT_DOUBLE_EQ(map.graph().links().back().distance, 1.0);
+}
+
+TEST_P(SmallMap, ARecallAfterAJumpOfTheClockMakesNoLinkAndLeavesTheMapAlone) {
+  const std::size_t links = map.graph().links().size();
+  const MapPose before = map.graph().pose(0);
+  map.start(0);
+  map.integrate(kSecond, motion(0.0));
+  map.apply(action(ActionKind::kCreateEdge, 3, 0));
+  map.settle();
+  EXPECT_EQ(map.graph().links().size(), links);
+  EXPECT_EQ(map.currentExperience(), 0U);
+  EXPECT_NEAR(map.graph().pose(0).x, before.x, 1e-3);
+  EXPECT_NEAR(map.graph().pose(0).y, before.y, 1e-3);
+  EXPECT_NEAR(map.robotPose().x, before.x, 1e-2);
+  EXPECT_NEAR(map.robotPose().y, before.y, 1e-2);
 }
 
 TEST_P(SmallMap, KeepsOnePoseAStampTheOneAfterTheAction) {

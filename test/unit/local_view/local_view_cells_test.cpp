@@ -116,11 +116,13 @@ struct FakeVerifier : RecallVerifier {
     geometry.stamp = stamp;
     geometry.view_id = view_id;
     geometry.relative_rad = 0.25;
+    geometry.inliers = inliers;
     return geometry;
   }
   void learned(Stamp, const cv::Mat&, std::uint32_t view_id) override { told.push_back(view_id); }
 
   bool confirms = true;
+  int inliers = 40;
   std::vector<std::uint32_t> asked;
   std::vector<std::uint32_t> told;
 };
@@ -149,6 +151,18 @@ TEST(LocalViewCells, AsksTheVerifierAboutOldViewsOnly) {
   EXPECT_EQ(verifier.asked.size(), 1U);
   EXPECT_FALSE(cells.recallGeometry().has_value());
   EXPECT_EQ(verifier.told.size(), 15U);
+}
+
+TEST(LocalViewCells, ARecallOfWhichNothingCanBeSaidStands) {
+  LocalViewCells cells(smallParams());
+  const std::vector<cv::Mat> images = places(15);
+  FakeVerifier verifier;
+  verifier.inliers = 0;
+  for (const cv::Mat& image : images) cells.observe(0, image, &verifier);
+  const ViewEvent recall = cells.observe(2, images[4], &verifier);
+  EXPECT_EQ(recall.id, 4U);
+  EXPECT_EQ(recall.relative_rad, 0.0);
+  EXPECT_FALSE(cells.recallGeometry().has_value());
 }
 
 TEST(LocalViewCells, LearnsWhatTheVerifierDoesNotConfirm) {

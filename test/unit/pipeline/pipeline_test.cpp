@@ -16,7 +16,8 @@ namespace {
 constexpr Stamp kTenth = 100000000;
 constexpr int kFrames = 240;
 
-/// A street seen sideways: smooth random columns. Driving moves the window; two laps of 120 frames show the same.
+/// A street seen sideways: smooth random columns. Driving moves the window; two laps of 120 frames show the
+/// same.
 cv::Mat view(int frame) {
   static_assert(kFrames == 240, "two laps");
   cv::Mat street(40, 1400, CV_8UC1);
@@ -55,7 +56,8 @@ std::string describe(const ExperienceMap& map) {
   std::ostringstream text;
   text.precision(17);
   for (const auto& path : {map.onlineTrajectory(), map.finalTrajectory()}) {
-    for (const StampedPose& p : path) text << p.stamp << ' ' << p.pose.x << ' ' << p.pose.y << ' ' << p.pose.yaw << '\n';
+    for (const StampedPose& p : path)
+      text << p.stamp << ' ' << p.pose.x << ' ' << p.pose.y << ' ' << p.pose.yaw << '\n';
   }
   return text.str();
 }
@@ -152,8 +154,8 @@ TEST(Pipeline, ALoopedRecordingKeepsTheMapAndLinksNothingAcrossTheJump) {
   for (const StampedPose& stamped : pipeline.map().finalTrajectory()) {
     EXPECT_TRUE(std::isfinite(stamped.pose.x) && std::isfinite(stamped.pose.y));
   }
-  // The first place of the second lap is the first of the recording, 60 m from where the recording ends: a link
-  // between the two would say that they are one.
+  // The first place of the second lap is the first of the recording, 60 m from where the recording ends: a
+  // link between the two would say that they are one.
   const auto& experiences = pipeline.map().graph().experiences();
   for (const Link& link : pipeline.map().graph().links()) {
     const MapPose& a = experiences[link.from].pose;
