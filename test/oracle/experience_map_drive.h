@@ -13,6 +13,7 @@
 #include "ratslam/common/pose2.h"
 #include "ratslam/events.h"
 #include "ratslam/experience_map/experience_map.h"
+#include "ratslam/experience_map/pose_graph_map.h"
 
 namespace ratslam {
 
@@ -97,6 +98,46 @@ inline void run(ExperienceMap& map, const std::vector<DriveStep>& drive) {
     map.integrate(drive[k].end, drive[k].motion);
     map.apply(drive[k].action);
   }
+}
+
+/// The default solver without the rest of the map, so that its pose graph is in reach.
+struct DrivenPoseGraph {
+  explicit DrivenPoseGraph(const ExperienceMapParams& params) : solver(params) {}
+
+  /// Takes in one step of a drive; the solver does not work on it yet.
+  void take(const DriveStep& step) {
+    robot.motion.add(step.motion);
+    if (step.action.kind == ActionKind::kCreateNode) {
+      const bool first = graph.experiences().empty();
+      graph.addExperience(first ? MapPose{}
+                                : compose(solver.framePose(graph, robot.frame), robot.motion.pose));
+      robot = solver.create(graph, robot, nullptr);
+    } else if (step.action.kind == ActionKind::kCreateEdge) {
+      robot = solver.recall(graph, step.action.dest_id, robot, 0.0, nullptr);
+    }
+  }
+
+  PoseGraphMap solver;
+  ExperienceGraph graph;
+  RobotPlace robot;
+};
+
+/// Laps of a ring with steps of a given length, each turning by a share too little or too much; every place
+/// of the later laps is recalled.
+inline std::vector<DriveStep> simulateRing(int lap, int steps, double step_length, double turn_error) {
+  std::vector<DriveStep> drive(static_cast<std::size_t>(steps) + 1);
+  std::uint32_t current = 0;
+  for (int k = 1; k <= steps; ++k) {
+    DriveStep& step = drive[static_cast<std::size_t>(k)];
+    step.end = static_cast<Stamp>(k) * 100000000;
+    step.motion.forward = step_length;
+    step.motion.rotation = 2.0 * kPi / lap * (1.0 + turn_error);
+    step.action.kind = k <= lap ? ActionKind::kCreateNode : ActionKind::kCreateEdge;
+    step.action.src_id = current;
+    current = static_cast<std::uint32_t>((k - 1) % lap);
+    step.action.dest_id = current;
+  }
+  return drive;
 }
 
 }  // namespace ratslam

@@ -4,13 +4,13 @@
 /// should be, both ends move by alpha (end - l), start towards, end back; then the facings likewise. All
 /// links count the same.
 ///
-/// The facings do not depend on the places, so a sweep runs in three passes - facings, sines and cosines of
-/// all link directions, places - each a dependency chain of a few additions instead of one that holds a sine
-/// per link. Every number is the result of the same operations on the same operands as in the plain order.
+/// The links are kept in one array in the order of their visits. Most of a sweep's time goes into the sine
+/// and cosine of each link's direction, which have to be the library's to the last bit.
 #pragma once
 
 #include <vector>
 
+#include "ratslam/common/pose2.h"
 #include "ratslam/experience_map/map_solver.h"
 
 namespace ratslam {
@@ -41,24 +41,14 @@ class Relaxation : public MapSolver {
     double facing_rad;
   };
 
-  struct Place {
-    double x;
-    double y;
-  };
-
   void takeNewLinks(const ExperienceGraph& graph);
-  void sweepFacings();
-  void sweepPlaces();
+  void relax(const Spring& spring, Pose2& start, Pose2& end) const;
 
   int sweeps_;
   double correction_;
   std::size_t links_taken_ = 0;
-  std::vector<Spring> springs_;     ///< by id of the start, then by age
-  std::vector<double> directions_;  ///< of each spring in the map, in the running sweep [rad]
-  std::vector<char> stale_;         ///< whether the direction has changed since the sweep before
-  std::vector<Place> ends_;         ///< displacement along each spring in the map, in the running sweep [m]
-  std::vector<double> facings_;     ///< of the experiences [rad]
-  std::vector<Place> places_;       ///< of the experiences
+  std::vector<Spring> springs_;  ///< by id of the start, then by age
+  std::vector<Pose2> places_;    ///< of the experiences
 };
 
 }  // namespace ratslam

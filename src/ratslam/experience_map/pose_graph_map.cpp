@@ -10,14 +10,14 @@ namespace {
 /// Work of one update, in block products: at least, and where a recall disagrees strongly with the map. In
 /// between it grows with the square of the disagreement, so that what is visible is mended soon and the rest
 /// costs little.
-constexpr std::int64_t kLeastWork = 4000;
+constexpr std::int64_t kLeastWork = 3000;
 constexpr std::int64_t kGreatestWork = 400000;
 
 /// Disagreement, in exp_recall_sigma, from which an update works as much as it may.
-constexpr double kStrongDisagreement = 3.0;
+constexpr double kStrongDisagreement = 5.0;
 
 /// Steps below this share of exp_recall_sigma end the solver's iterations.
-constexpr double kTolerance = 1e-8;
+constexpr double kTolerance = 1e-7;
 
 /// A stretch as short as this share of exp_recall_sigma is as uncertain as one of this length.
 constexpr double kShortestStretch = 0.01;

@@ -216,7 +216,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     return nodes;
   }
 
-  static constexpr double kRoundingSteps = 100.0;
+  static constexpr double kRoundingSteps = 5.0;
 
   std::array<int, Size> components_;
   double tolerance_;

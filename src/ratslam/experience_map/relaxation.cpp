@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace ratslam {
 
@@ -24,20 +23,17 @@ RobotPlace Relaxation::recall(const ExperienceGraph&, std::uint32_t experience, 
 void Relaxation::update(ExperienceGraph& graph, RobotPlace& robot) {
   const double yaw_before = graph.pose(robot.frame).yaw;
   takeNewLinks(graph);
-  facings_.clear();
   places_.clear();
   for (const Experience& experience : graph.experiences()) {
-    facings_.push_back(experience.pose.yaw);
-    places_.push_back({experience.pose.x, experience.pose.y});
+    places_.push_back({experience.pose.x, experience.pose.y, experience.pose.yaw});
   }
   for (int sweep = 0; sweep < sweeps_; ++sweep) {
-    sweepFacings();
-    sweepPlaces();
+    for (const Spring& spring : springs_) relax(spring, places_[spring.from], places_[spring.to]);
   }
   graph.setPoses([this](std::uint32_t id) {
-    return MapPose{places_[id].x, places_[id].y, 0.0, facings_[id], 0.0};
+    return MapPose{places_[id].x, places_[id].y, 0.0, places_[id].th, 0.0};
   });
-  robot.motion.pose.yaw = wrapAngle(robot.motion.pose.yaw + (yaw_before - facings_[robot.frame]));
+  robot.motion.pose.yaw = wrapAngle(robot.motion.pose.yaw + (yaw_before - places_[robot.frame].th));
 }
 
 void Relaxation::takeNewLinks(const ExperienceGraph& graph) {
@@ -46,48 +42,19 @@ void Relaxation::takeNewLinks(const ExperienceGraph& graph) {
     const auto later =
         std::upper_bound(springs_.begin(), springs_.end(), link.from,
                          [](std::uint32_t from, const Spring& spring) { return from < spring.from; });
-    const auto at = later - springs_.begin();
     springs_.insert(later, {link.from, link.to, link.distance, link.heading_rad, link.facing_rad});
-    directions_.insert(directions_.begin() + at, std::numeric_limits<double>::quiet_NaN());
-    ends_.insert(ends_.begin() + at, Place{0.0, 0.0});
-  }
-  stale_.resize(springs_.size());
-}
-
-void Relaxation::sweepFacings() {
-  double* const facings = facings_.data();
-  const double correction_share = correction_;
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    const Spring& spring = springs_[k];
-    const double start = facings[spring.from];
-    const double end = facings[spring.to];
-    const double correction = correction_share * wrapAngle(end - (start + spring.facing_rad));
-    facings[spring.from] = start + correction;
-    facings[spring.to] = end - correction;
-    const double direction = start + spring.heading_rad;
-    stale_[k] = direction != directions_[k];
-    directions_[k] = direction;
-  }
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    if (!stale_[k]) continue;
-    const double direction = directions_[k];
-    const double cosine = std::cos(direction);
-    const double sine = std::sin(direction);
-    ends_[k] = {springs_[k].distance * cosine, springs_[k].distance * sine};
   }
 }
 
-void Relaxation::sweepPlaces() {
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    Place& start = places_[springs_[k].from];
-    Place& end = places_[springs_[k].to];
-    const double dx = correction_ * (end.x - (start.x + ends_[k].x));
-    const double dy = correction_ * (end.y - (start.y + ends_[k].y));
-    start.x += dx;
-    start.y += dy;
-    end.x -= dx;
-    end.y -= dy;
-  }
+void Relaxation::relax(const Spring& spring, Pose2& start, Pose2& end) const {
+  const double direction = start.th + spring.heading_rad;
+  const double cosine = std::cos(direction);
+  const double sine = std::sin(direction);
+  const double dx = correction_ * (end.x - (start.x + spring.distance * cosine));
+  const double dy = correction_ * (end.y - (start.y + spring.distance * sine));
+  const double df = correction_ * wrapAngle(end.th - (start.th + spring.facing_rad));
+  start = {start.x + dx, start.y + dy, start.th + df};
+  end = {end.x - dx, end.y - dy, end.th - df};
 }
 
 }  // namespace ratslam

@@ -1,0 +1,174 @@
+/// Speed of the experience map on drives through a city in which about 12% of the links are made by recalls.
+///
+/// Times are thread CPU time. Each benchmark measures the plain implementation (test/oracle) on the same
+/// graph in the same run; `plain_ms` is its 20 sweeps, `ratio` how many times faster the map is.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <ctime>
+
+#include "oracle/experience_map_drive.h"
+#include "oracle/experience_map_oracle.h"
+#include "ratslam/experience_map/relaxation.h"
+
+namespace ratslam {
+namespace {
+
+constexpr int kSweeps = 20;
+constexpr double kCorrection = 0.5;
+
+double threadMilliseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+template <class Work>
+double millisecondsOf(Work&& work) {
+  const double start = threadMilliseconds();
+  work();
+  return threadMilliseconds() - start;
+}
+
+/// Streets of 40 m, as many as make about every second metre a revisited one.
+std::vector<DriveStep> cityDrive(std::uint32_t experiences) {
+  CityDrive city;
+  city.experiences = experiences;
+  city.blocks = std::max(2, static_cast<int>(std::sqrt(experiences / 160.0)));
+  city.recall_share = 0.34;
+  city.length_noise = 0.01;
+  city.yaw_noise = 0.0005;
+  return simulate(city);
+}
+
+double plainSweepsMilliseconds(const ExperienceGraph& graph) {
+  OracleRelaxation plain(graph);
+  plain.sweep(kSweeps, kCorrection);
+  return millisecondsOf([&] { plain.sweep(kSweeps, kCorrection); });
+}
+
+/// The reference arithmetic: 20 sweeps over a map of so many experiences.
+void referenceUpdate(benchmark::State& state) {
+  ExperienceMapParams params;
+  params.exp_solver = "relaxation";
+  params.exp_loops = 0;
+  ExperienceMap map(params);
+  run(map, cityDrive(static_cast<std::uint32_t>(state.range(0))));
+  ExperienceGraph graph = map.graph();
+  const double plain_ms = plainSweepsMilliseconds(graph);
+  Relaxation relaxation(kSweeps, kCorrection);
+  RobotPlace robot;
+  relaxation.update(graph, robot);
+  double total_ms = 0.0;
+  for (auto _ : state) total_ms += millisecondsOf([&] { relaxation.update(graph, robot); });
+  state.counters["plain_ms"] = plain_ms;
+  state.counters["ratio"] = plain_ms * static_cast<double>(state.iterations()) / total_ms;
+}
+
+/// The default map: updates from the given number of experiences on, recalls among them.
+/// `error_ratio` is the graph error after them over what 20 plain sweeps of the weighted graph leave when
+/// they start there.
+void defaultUpdate(benchmark::State& state) {
+  const auto experiences = static_cast<std::uint32_t>(state.range(0));
+  const auto drive = cityDrive(experiences + experiences / 10);
+  ExperienceMapParams params;
+  DrivenPoseGraph driven(params);
+  ExperienceMap map(params);
+  map.start(0);
+  std::size_t next = 1;
+  const auto advance = [&] {
+    map.integrate(drive[next].end, drive[next].motion);
+    map.apply(drive[next].action);
+    ++next;
+  };
+  while (map.graph().experiences().size() < experiences) advance();
+  std::vector<double> times;
+  for (auto _ : state) {
+    if (next == drive.size()) {
+      state.SkipWithError("the drive is too short for so many iterations");
+      break;
+    }
+    times.push_back(millisecondsOf(advance));
+  }
+  double mean = 0.0;
+  for (const double time : times) mean += time / static_cast<double>(times.size());
+  std::sort(times.begin(), times.end());
+
+  // The same drive for the graph errors.
+  for (std::size_t k = 1; k < next; ++k) {
+    driven.take(drive[k]);
+    driven.solver.resume(driven.graph);
+    driven.solver.update(driven.graph, driven.robot);
+  }
+  const PoseGraph& graph = driven.solver.poseGraph();
+  std::vector<MapPose> swept = graph.nodes();
+  sweepPlainly(graph, swept, kSweeps, kCorrection);
+
+  const double plain_ms = plainSweepsMilliseconds(map.graph());
+  double recalls = 0.0;
+  for (const Link& link : map.graph().links()) recalls += link.recall ? 1.0 : 0.0;
+  state.counters["recall_share"] = recalls / static_cast<double>(map.graph().links().size());
+  state.counters["plain_ms"] = plain_ms;
+  state.counters["mean_ms"] = mean;
+  state.counters["median_ms"] = times[times.size() / 2];
+  state.counters["max_ms"] = times.back();
+  state.counters["ratio"] = plain_ms / mean;
+  state.counters["ratio_median"] = plain_ms / times[times.size() / 2];
+  state.counters["error_ratio"] = graph.energy(graph.nodes()) / graph.energy(swept);
+}
+
+/// Growth without closures.
+void growth(benchmark::State& state) {
+  CityDrive city;
+  city.experiences = static_cast<std::uint32_t>(state.range(0)) + 4000;
+  city.recall_share = 0.0;
+  city.blocks = 20;
+  const auto drive = simulate(city);
+  ExperienceMap map{ExperienceMapParams{}};
+  map.start(0);
+  std::size_t next = 1;
+  const auto advance = [&] {
+    map.integrate(drive[next].end, drive[next].motion);
+    map.apply(drive[next].action);
+    ++next;
+  };
+  while (next < static_cast<std::size_t>(state.range(0))) advance();
+  for (auto _ : state) advance();
+}
+
+/// A ring of so many experiences whose end lies beside its start by a jump; the second lap closes it.
+void closure(benchmark::State& state) {
+  const auto lap = static_cast<int>(state.range(0));
+  const auto drive = simulateRing(lap, 2 * lap, 1.0, -0.05);
+  ExperienceMapParams params;
+  params.exp_rotation_sigma = 0.01;
+  for (auto _ : state) {
+    ExperienceMap map(params);
+    map.start(0);
+    double worst = 0.0;
+    double jump = 0.0;
+    for (int k = 1; k <= lap + 600; ++k) {
+      const DriveStep& step = drive[static_cast<std::size_t>(k)];
+      const MapPose before = map.robotPose();
+      const double time = millisecondsOf([&] {
+        map.integrate(step.end, step.motion);
+        map.apply(step.action);
+      });
+      const double moved = std::hypot(map.robotPose().x - before.x, map.robotPose().y - before.y);
+      if (k > lap) worst = std::max(worst, time);
+      jump = std::max(jump, moved);
+    }
+    state.counters["worst_ms"] = worst;
+    state.counters["largest_move_m"] = jump;
+  }
+}
+
+BENCHMARK(referenceUpdate)->Arg(1000)->Arg(5000)->Arg(20000)->Unit(benchmark::kMillisecond);
+BENCHMARK(defaultUpdate)->Arg(1000)->Arg(5000)->Arg(20000)->Iterations(100)->Unit(benchmark::kMillisecond);
+BENCHMARK(growth)->Arg(1000)->Arg(20000)->Iterations(3000)->Unit(benchmark::kMicrosecond);
+BENCHMARK(closure)->Arg(20000)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace ratslam
+
+BENCHMARK_MAIN();
