@@ -1,4 +1,4 @@
-/// The robot's path as files: FILE_online and FILE_final, for evaluation tools.
+/// The robot's path and the map as files: FILE_online, FILE_final and FILE_map.yaml, for evaluation tools.
 #pragma once
 
 #include <string>
@@ -10,14 +10,15 @@ namespace ratslam {
 struct TrajectoryFiles {
   std::string online;
   std::string final;
+  std::string map;
 };
 
-/// Names of the two files: an ending .tum or .txt of `file` is taken off, then _online or _final and the
+/// Names of the files: an ending .tum or .txt of `file` is taken off, then _online or _final and the
 /// ending of the format - .tum or, for KITTI, .txt - are added. runs/kitti.tum -> runs/kitti_online.tum,
-/// runs/kitti_final.tum
+/// runs/kitti_final.tum and runs/kitti_map.yaml
 TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& format);
 
-/// Writes both, making the folder where it is missing. @return their names
+/// Writes them, making the folder where it is missing. @return their names
 /// @throws std::runtime_error naming what cannot be written
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
                                   const std::string& format);

@@ -1,8 +1,11 @@
 #include "ratslam_ros/trajectory_files.h"
 
 #include <filesystem>
+#include <fstream>
+#include <stdexcept>
 
 #include "ratslam/dataset/trajectory_io.h"
+#include "ratslam/experience_map/map_file.h"
 #include "ratslam/pipeline/run_log.h"
 
 namespace ratslam {
@@ -11,7 +14,7 @@ TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& form
   std::filesystem::path base(file);
   if (base.extension() == ".tum" || base.extension() == ".txt") base.replace_extension();
   const std::string ending = format == "kitti" ? ".txt" : ".tum";
-  return {base.string() + "_online" + ending, base.string() + "_final" + ending};
+  return {base.string() + "_online" + ending, base.string() + "_final" + ending, base.string() + "_map.yaml"};
 }
 
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
@@ -24,6 +27,10 @@ TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& f
   const auto write = format == "kitti" ? writeKitti : writeTum;
   write(files.online, toPoses3(map.onlineTrajectory()));
   write(files.final, toPoses3(map.finalTrajectory()));
+  std::ofstream map_file(files.map);
+  writeMap(map_file, map.graph());
+  map_file.flush();
+  if (!map_file) throw std::runtime_error(files.map + ": cannot write this map");
   return files;
 }
 

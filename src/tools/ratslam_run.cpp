@@ -10,6 +10,7 @@
 #include "ratslam/dataset/odometry_file.h"
 #include "ratslam/pipeline/run_log.h"
 #include "ratslam_ros/node_parameters.h"
+#include "ratslam_ros/node_parameters.h"
 #include "recordings.h"
 
 namespace {
@@ -36,11 +37,30 @@ const char kUsage[] =
     "folder.\n"
     "Example: ratslam_run kitti/sequences/00 --config config/kitti.yaml --out out/00 --set exp_loops=10\n";
 
+/// Prints the table of docs/parameters.md.
+void listParameters() {
+  std::cout << "| key | default | meaning |\n|---|---|---|\n";
+  PipelineParams().visitFields(
+      [](const std::string& key, const auto& value, const Bounds&, const char* meaning) {
+        std::cout << "| `" << key << "` | ";
+        using Value = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<Value, bool>) {
+          std::cout << (value ? "true" : "false");
+        } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+          std::cout << "[]";
+        } else {
+          std::cout << value;
+        }
+        std::cout << " | " << meaning << " |\n";
+      });
+}
+
 /// @return nullopt where the user only asked for help
 std::optional<Options> parse(int argc, char** argv) {
   Options options;
   po::options_description visible("Options");
   visible.add_options()("help,h", "this text");
+  visible.add_options()("list-parameters", "print all parameters as a table");
   visible.add_options()("config", po::value(&options.config),
                         "YAML file, or an OpenRatSLAM .txt configuration");
   visible.add_options()("out", po::value(&options.out), "folder for the results");
@@ -67,6 +87,10 @@ std::optional<Options> parse(int argc, char** argv) {
   po::notify(values);
   if (values.count("help") != 0) {
     std::cout << kUsage << visible;
+    return std::nullopt;
+  }
+  if (values.count("list-parameters") != 0) {
+    listParameters();
     return std::nullopt;
   }
   if (options.input.empty() || options.out.empty())

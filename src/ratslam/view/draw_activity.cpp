@@ -46,7 +46,7 @@ void drawTrail(cv::Mat& picture, const Projection& projection, const ActivityTra
     const cv::Point2d to = place(estimates[i]);
     const bool wraps =
         std::abs(to.x - from.x) > picture.cols / 2.0 || std::abs(to.y - from.y) > picture.rows / 2.0;
-    if (!wraps) cv::line(picture, from, to, kRobot, 1, cv::LINE_AA);
+    if (!wraps) cv::line(picture, from, to, kRobot, 2, cv::LINE_AA);
   }
   if (!estimates.empty()) cv::circle(picture, place(estimates.back()), 4, kRobot, 2, cv::LINE_AA);
 }

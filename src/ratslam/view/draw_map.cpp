@@ -79,7 +79,7 @@ cv::Mat drawMap(const ExperienceGraph& graph, const MapPose& robot, const cv::Si
       if (link.recall != recall) continue;
       recalls += recall ? 1 : 0;
       cv::line(picture, project(graph.pose(link.from)), project(graph.pose(link.to)),
-               recall ? kRecallLink : kDrivenLink, 1, cv::LINE_AA);
+               recall ? kRecallLink : kDrivenLink, 2, cv::LINE_AA);
     }
   }
   drawRobot(picture, project(robot), robot.yaw);
