@@ -3,7 +3,8 @@
 ///
 ///   1. Mean gate. Templates whose mean differs too much from the view's are no candidates.
 ///   2. Coarse bound. By the triangle inequality the difference of two columns is at least that of their
-///      means: the SAD of the columns' means, in 8 bits, bounds each template's error from below.
+///      means: the SAD, in 8 bits, of the means over the upper and the lower half of each column bounds
+///      each template's error from below.
 ///   3. Fine bounds. For what that does not exclude, the SAD of all values in 8 bits bounds the error from
 ///      both sides. The template of the smallest coarse bound goes first, so that it excludes most others.
 ///   4. Exact error. The few templates whose bounds overlap the best's are compared in double, their
@@ -74,7 +75,7 @@ class TemplateMatcher {
   double meanDifference(const std::vector<double>& view, const std::vector<double>& learned, int shift) const;
 
   LocalViewParams params_;
-  SadIndex coarse_;  // means of columns
+  SadIndex coarse_;  // means over halves of columns
   SadIndex fine_;    // all values
   std::vector<double> means_;
   std::vector<std::uint32_t> rounding_;  // sum of what rounding to 8 bits moved the values, in levels

@@ -31,14 +31,23 @@ std::vector<std::uint8_t> columnBytes(const ViewTemplate& view, const TemplatePa
   return bytes;
 }
 
-/// Means of the columns in 8 bits.
-std::vector<std::uint8_t> columnMeans(const ViewTemplate& view, const TemplateParams& params) {
+/// Bands of equally many rows that the coarse bound takes means over. Two tell real places apart far better
+/// than one (they see the horizon), and cost little.
+int bandCount(const TemplateParams& params) { return params.y_size > 1 ? 2 : 1; }
+int bandRows(const TemplateParams& params) { return params.y_size / bandCount(params); }
+
+/// Means of each column over each band in 8 bits, column by column. An odd row at the bottom is left out.
+std::vector<std::uint8_t> bandMeans(const ViewTemplate& view, const TemplateParams& params) {
   std::vector<std::uint8_t> means;
   const auto columns = static_cast<std::size_t>(params.x_size);
+  const std::size_t band_values = columns * static_cast<std::size_t>(bandRows(params));
   for (std::size_t x = 0; x < columns; ++x) {
-    double sum = 0.0;
-    for (std::size_t i = x; i < view.values.size(); i += columns) sum += view.values[i];
-    means.push_back(quantised(sum / params.y_size));
+    for (int band = 0; band < bandCount(params); ++band) {
+      const std::size_t begin = static_cast<std::size_t>(band) * band_values;
+      double sum = 0.0;
+      for (std::size_t i = begin + x; i < begin + band_values; i += columns) sum += view.values[i];
+      means.push_back(quantised(sum / bandRows(params)));
+    }
   }
   return means;
 }
@@ -55,7 +64,7 @@ std::uint32_t roundingOf(const ViewTemplate& view) {
 
 TemplateMatcher::TemplateMatcher(const LocalViewParams& params, SimdLevel level)
     : params_(validated(params)),
-      coarse_(params, 1, level),
+      coarse_(params, bandCount(params.view_template), level),
       fine_(params, params.view_template.y_size, level) {}
 
 void TemplateMatcher::checkSize(const ViewTemplate& view) const {
@@ -70,7 +79,7 @@ void TemplateMatcher::checkSize(const ViewTemplate& view) const {
 std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
   checkSize(learned);
   const auto id = static_cast<std::uint32_t>(size());
-  coarse_.add(columnMeans(learned, params_.view_template));
+  coarse_.add(bandMeans(learned, params_.view_template));
   fine_.add(columnBytes(learned, params_.view_template));
   means_.push_back(learned.mean);
   rounding_.push_back(roundingOf(learned));
@@ -99,7 +108,7 @@ std::vector<double> TemplateMatcher::values(std::uint32_t id) const {
 
 std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view) {
   checkSize(view);
-  coarse_.setView(columnMeans(view, params_.view_template));
+  coarse_.setView(bandMeans(view, params_.view_template));
   const std::optional<std::size_t> most_likely = boundCoarsely(view.mean);
   if (!most_likely) return std::nullopt;
   fine_.setView(columnBytes(view, params_.view_template));
@@ -147,7 +156,7 @@ std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
 void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t view_rounding) {
   const std::uint64_t coarse_rounding =
       coarse_.comparedBytes() + 1;  // half a level for view and template each
-  const auto rows = static_cast<std::uint64_t>(params_.view_template.y_size);
+  const auto rows = static_cast<std::uint64_t>(bandRows(params_.view_template));  // in a mean
   std::uint64_t ceiling = kNoCandidate - 1;  // 255 times the best sum is at most this
   std::uint64_t coarse_limit = kNoCandidate - 1;
   std::array<std::uint32_t, kBatchGroups * kGroupLanes> sads{};
