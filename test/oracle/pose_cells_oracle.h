@@ -250,7 +250,8 @@ class PoseCells {
     const double shift = event.relative_rad * params_.n_th / (2.0 * kPi);
     const auto known = views_.find(event.id);
     if (known == views_.end()) {
-      views_[event.id] = {network.estimate(), params_.active_decay, views_.size()};
+      const std::size_t known_before = views_.size();
+      views_[event.id] = {network.estimate(), params_.active_decay, known_before};
     } else if (known->second.order + 10 < views_.size()) {
       View& view = known->second;
       if (event.id == previous_id_) view.decay += params_.active_decay;

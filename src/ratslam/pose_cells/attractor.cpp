@@ -70,9 +70,12 @@ void Attractor::excite(const ActivityGrid& grid, const Box& packet) {
   }
   excited_.resize({extents_[kColumn].count, extents_[kRow].count, extents_[kLayer].count});
   maxima_.reset(excited_);
+  const bool rings_only =
+      std::all_of(extents_.begin(), extents_.end(), [](const Extent& e) { return e.ring; });
   const auto row_stride = static_cast<std::ptrdiff_t>(grid.offset(0, 1));
   const auto layer_stride = static_cast<std::ptrdiff_t>(grid.offset(1, 0));
-  excitation_.apply({grid.data(), layer_stride, row_stride}, axes_, excited_, [this](int k) {
+  excitation_.apply({grid.data(), layer_stride, row_stride}, axes_, excited_, [&](int k) {
+    if (rings_only) return;  // nothing to narrow
     maxima_.setLayer(k, kernels_->findMaxima(excited_.layer(k), excited_.counts[kRow], excited_.width,
                                              maxima_.forLayers()));
   });

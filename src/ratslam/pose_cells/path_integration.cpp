@@ -70,21 +70,25 @@ double PathIntegrator::integrate(ActivityGrid& grid, double distance, double rot
   if (packets_.size() < boxes.size()) packets_.resize(boxes.size());
   lost_ = 0.0;
   for (std::size_t b = 0; b < boxes.size(); ++b) shiftLayers(grid, boxes[b], motion, packets_[b]);
+  // The share that is left follows from what was lost, without a pass over the cells, unless little is left
+  // of it.
+  const bool mostly_kept = lost_ < 0.5 * sum;
+  const double scale = mostly_kept ? 1.0 / (sum - lost_) : 1.0;
   grid.clear();
   std::vector<Box> targets;
   for (std::size_t b = 0; b < boxes.size(); ++b) {
-    rotateInto(grid, packets_[b], motion, 1.0 / sum);
+    rotateInto(grid, packets_[b], motion, scale);
     targets.push_back(packets_[b].target);
   }
   grid.replaceBoxes(targets);
-  if (!(lost_ > 0.0)) return 1.0;
+  if (mostly_kept) return (sum - lost_) / sum;
   const double kept = grid.sum();
   if (kept > 0.0) {
     grid.scale(1.0 / kept);
   } else {
     grid.clear();
   }
-  return kept;
+  return kept / sum;
 }
 
 void PathIntegrator::setExtent(const Box& box, std::size_t axis, const std::vector<double>& heading,

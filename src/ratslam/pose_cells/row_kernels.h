@@ -21,33 +21,48 @@ inline double largestLane(Vec value) {
 template <class Operation>
 inline void eachSegment(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
                         int n_segments, Operation operation) {
-  for (int r = 0; r < rows; ++r) {
-    for (int s = 0; s < n_segments; ++s)
-      operation(in.data + in.offsets[r] + segments[s].from, out.data + out.offsets[r] + segments[s].to,
-                segments[s].count);
+  for (int s = 0; s < n_segments; ++s) {
+    const RowSegment segment = segments[s];
+    for (int r = 0; r < rows; ++r)
+      operation(in.data + in.offsets[r] + segment.from, out.data + out.offsets[r] + segment.to,
+                segment.count);
+  }
+}
+
+/// Two overlapping copies of `kCount` cells where a row has room for one, down to single cells.
+template <int kCount>
+inline void copyShort(const double* from, double* to, int count) {
+  typedef double Part __attribute__((vector_size(kCount * sizeof(double)), aligned(8), may_alias));
+  if (count >= kCount) {
+    const Part first = *reinterpret_cast<const Part*>(from);
+    const Part last = *reinterpret_cast<const Part*>(from + count - kCount);
+    *reinterpret_cast<Part*>(to) = first;
+    *reinterpret_cast<Part*>(to + count - kCount) = last;
+  } else if constexpr (kCount > 2) {
+    copyShort<kCount / 2>(from, to, count);
+  } else if (count == 1) {
+    *to = *from;
   }
 }
 
 void copyRows(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
               int n_segments) {
   eachSegment(in, out, rows, segments, n_segments, [](const double* from, double* to, int count) {
-    if (count < kLanes) {
-      for (int x = 0; x < count; ++x) to[x] = from[x];
-      return;
-    }
-    for (int x = 0; x < count - kLanes; x += kLanes) store(to + x, load(from + x));
-    store(to + count - kLanes,
-          load(from + count - kLanes));  // may overlap the one before: it writes the same
+    int x = 0;
+    for (; x + 2 * kLanes < count; x += kLanes) store(to + x, load(from + x));
+    copyShort<kLanes>(from + x, to + x, count - x);
   });
 }
 
 void addBlend(RowSet<const double> in, std::ptrdiff_t other, const double* weights, RowSet<double> out,
               int rows, const RowSegment* segments, int n_segments) {
-  eachSegment(in, out, rows, segments, n_segments, [&](const double* from, double* to, int count) {
+  const double here = weights[0];
+  const double there = weights[1];
+  eachSegment(in, out, rows, segments, n_segments, [=](const double* from, double* to, int count) {
     int x = 0;
     for (; x + kLanes <= count; x += kLanes)
-      store(to + x, load(to + x) + (load(from + x) * weights[0] + load(from + x + other) * weights[1]));
-    for (; x < count; ++x) to[x] += from[x] * weights[0] + from[x + other] * weights[1];
+      store(to + x, load(to + x) + (load(from + x) * here + load(from + x + other) * there));
+    for (; x < count; ++x) to[x] += from[x] * here + from[x + other] * there;
   });
 }
 
@@ -86,8 +101,10 @@ void convolve(const double* const* taps, std::ptrdiff_t in_stride, double* out, 
 void correlate(const double* in, std::ptrdiff_t tap, double* out, std::ptrdiff_t width, const double* weights,
                int taps) {
   if (taps == 2) {
+    const double here = weights[0];
+    const double there = weights[1];
     for (std::ptrdiff_t x = 0; x < width; x += kLanes)
-      store(out + x, load(in + x) * weights[0] + load(in + x + tap) * weights[1]);
+      store(out + x, load(in + x) * here + load(in + x + tap) * there);
     return;
   }
   for (std::ptrdiff_t x = 0; x < width; x += kLanes) {

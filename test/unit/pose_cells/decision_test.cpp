@@ -1,0 +1,157 @@
+/// View input and experience selection.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+#include "against_oracle.h"
+#include "ratslam/pose_cells/pose_cells.h"
+
+namespace ratslam {
+namespace {
+
+ViewEvent view(std::uint32_t id, double relative_rad = 0.0) {
+  ViewEvent event;
+  event.id = id;
+  event.relative_rad = relative_rad;
+  return event;
+}
+
+TEST(ViewInput, OnlyViewsThatAreNotYoungInject) {
+  ViewInput input{PoseCellParams{}};
+  for (std::uint32_t id = 0; id < 10; ++id) EXPECT_FALSE(input.onView(view(100 + 7 * id), {}));
+  EXPECT_FALSE(input.onView(view(100), {}));  // ten are known, all of them young
+  EXPECT_FALSE(input.onView(view(9), {}));    // the eleventh, although its number is the lowest
+  EXPECT_TRUE(input.onView(view(100), {}));
+  EXPECT_FALSE(input.onView(view(107), {}));
+}
+
+TEST(ViewInput, InjectsWhereTheViewWasTiedTurnedByTheRelativeHeading) {
+  ViewInput input{PoseCellParams{}};
+  input.onView(view(0), {3.9, 20.2, 35.5});
+  for (std::uint32_t id = 1; id < 11; ++id) input.onView(view(id), {});
+  const auto injection = input.onView(view(0, 2.0 * kPi / 36.0), {});
+  ASSERT_TRUE(injection);
+  EXPECT_EQ(injection->cell.column, 3);
+  EXPECT_EQ(injection->cell.row, 20);
+  EXPECT_EQ(injection->cell.layer, 0);
+  EXPECT_NEAR(injection->energy, 0.15 * (30.0 - std::exp(1.2)) / 30.0, 1e-15);
+}
+
+TEST(ViewInput, ARepeatedViewFallsSilentAndRecovers) {
+  PoseCellParams params;
+  ViewInput input(params);
+  for (std::uint32_t id = 0; id < 12; ++id) input.onView(view(id), {});
+  double last = input.onView(view(0), {})->energy;
+  const double rested = last;
+  int repetitions = 0;
+  for (; repetitions < 10; ++repetitions) {
+    const auto injection = input.onView(view(0), {});
+    if (!injection) break;
+    EXPECT_LT(injection->energy, last);
+    last = injection->energy;
+  }
+  EXPECT_EQ(repetitions, 1);  // 1, 1.95, then 2.9: exp(1.2 * 2.9) > 30
+  for (int event = 0; event < 40; ++event) input.onView(view(11), {});
+  EXPECT_EQ(input.onView(view(0), {})->energy, rested);
+}
+
+/// Saturation is brought up to date lazily; the plain implementation sweeps all views at each event.
+TEST(ViewInput, EqualsTheSweep) {
+  PoseCellParams params;
+  params.n_xy = 9;
+  params.n_th = 12;
+  params.active_decay = 0.3;
+  params.restore = 0.07;
+  PoseCells fast(params);
+  oracle::PoseCells plain(params);
+  std::mt19937 random(3);
+  for (int frame = 0; frame < 400; ++frame) {
+    fast.integrate(0.4, 0.05);
+    plain.integrate(0.4, 0.05);
+    // Runs of one view, from few enough for repetitions.
+    const std::uint32_t id = frame % 5 < 3 ? static_cast<std::uint32_t>(frame / 5 % 13)
+                                           : static_cast<std::uint32_t>(random() % 20);
+    const ViewEvent event = view(id, 0.3 * (frame % 4));
+    fast.activate(event);
+    plain.activate(event);
+    ASSERT_LT(largestDifference(fast.activity(), plain.network), 1e-10) << "frame " << frame;
+    const TopologicalAction ours = fast.decide();
+    const TopologicalAction theirs = plain.decide();
+    ASSERT_EQ(ours.kind, theirs.kind) << "frame " << frame;
+    ASSERT_EQ(ours.dest_id, theirs.dest_id) << "frame " << frame;
+    ASSERT_EQ(ours.relative_rad, theirs.relative_rad) << "frame " << frame;
+  }
+}
+
+TEST(ExperienceSelector, ANewViewIsANewExperience) {
+  ExperienceSelector selector{PoseCellParams{}};
+  const TopologicalAction first = selector.select(view(5), {10, 10, 10});
+  EXPECT_EQ(first.kind, ActionKind::kCreateNode);
+  EXPECT_EQ(first.dest_id, 0U);
+  const TopologicalAction same = selector.select(view(5), {10.5, 10, 10});
+  EXPECT_EQ(same.kind, ActionKind::kNone);
+  EXPECT_EQ(same.dest_id, 0U);
+  const TopologicalAction second = selector.select(view(6), {10.5, 10, 10});
+  EXPECT_EQ(second.kind, ActionKind::kCreateNode);
+  EXPECT_EQ(second.src_id, 0U);
+  EXPECT_EQ(second.dest_id, 1U);
+}
+
+TEST(ExperienceSelector, AKnownViewAtAKnownPlaceClosesTheLoop) {
+  ExperienceSelector selector{PoseCellParams{}};
+  selector.select(view(5), {0.2, 20.9, 35.8});
+  selector.select(view(6), {5, 5, 5});
+  const TopologicalAction closed = selector.select(view(5), {20.9, 0.1, 0.3});  // across all three seams
+  EXPECT_EQ(closed.kind, ActionKind::kCreateEdge);
+  EXPECT_EQ(closed.src_id, 1U);
+  EXPECT_EQ(closed.dest_id, 0U);
+}
+
+TEST(ExperienceSelector, AKnownViewElsewhereIsANewExperience) {
+  ExperienceSelector selector{PoseCellParams{}};
+  selector.select(view(5), {10, 10, 10});
+  EXPECT_EQ(selector.select(view(5), {13, 10, 10}).kind, ActionKind::kCreateNode);  // moved on
+  selector.select(view(6), {15, 10, 10});
+  EXPECT_EQ(selector.select(view(5), {10, 14, 10}).kind, ActionKind::kCreateNode);  // elsewhere
+  EXPECT_EQ(selector.select(view(6), {15.4, 10, 10}).dest_id, 2U);
+  const TopologicalAction nearest = selector.select(view(5), {12.3, 10, 10});
+  EXPECT_EQ(nearest.kind, ActionKind::kCreateEdge);
+  EXPECT_EQ(nearest.dest_id, 1U);  // 0.7 away, not 2.3
+}
+
+TEST(ExperienceSelector, TheSamePlaceSeenTurnedIsTheSamePlace) {
+  ExperienceSelector selector{PoseCellParams{}};
+  const double layer = 2.0 * kPi / 36.0;
+  selector.select(view(5), {10, 10, 10});
+  selector.select(view(6), {14, 10, 10});
+  const TopologicalAction turned = selector.select(view(5, 9 * layer), {10, 10, 19});
+  EXPECT_EQ(turned.kind, ActionKind::kCreateEdge);
+  EXPECT_EQ(turned.dest_id, 0U);
+  EXPECT_NEAR(turned.relative_rad, 9 * layer, 1e-12);
+}
+
+TEST(ExperienceSelector, AnExperienceCreatedTurnedIsRecognisedAtOnce) {
+  ExperienceSelector selector{PoseCellParams{}};
+  const double layer = 2.0 * kPi / 36.0;
+  const TopologicalAction created = selector.select(view(5, 9 * layer), {10, 10, 19});
+  EXPECT_EQ(created.kind, ActionKind::kCreateNode);
+  EXPECT_EQ(created.relative_rad, 0.0);  // it faces where the robot faces
+  EXPECT_EQ(selector.select(view(5, 9 * layer), {10, 10, 19}).kind, ActionKind::kNone);
+}
+
+TEST(PoseCells, NothingToDecideBeforeTheFirstView) {
+  PoseCells pose_cells{PoseCellParams{}};
+  pose_cells.integrate(0.5, 0.0);
+  EXPECT_EQ(pose_cells.decide().kind, ActionKind::kNone);
+}
+
+TEST(PoseCells, RefusesARelativeHeadingThatIsNotFinite) {
+  PoseCells pose_cells{PoseCellParams{}};
+  EXPECT_THROW(pose_cells.activate(view(0, std::numeric_limits<double>::infinity())), std::invalid_argument);
+  pose_cells.activate(view(0, 1e300));
+  EXPECT_EQ(pose_cells.decide().kind, ActionKind::kCreateNode);
+}
+
+}  // namespace
+}  // namespace ratslam
