@@ -43,7 +43,7 @@ class Parameters(unittest.TestCase):
 
     def test_out_of_range(self):
         self.assert_fatal(harness.start_node("ratslam_pc", pc_dim_xy=0), "pc_dim_xy: value 0", "[1, 4096]")
-        self.assert_fatal(harness.start_node("ratslam_em", exp_correction=0.7), "exp_correction: value 0.7", "0.5")
+        self.assert_fatal(harness.start_node("ratslam_em", exp_correction=0.75), "exp_correction: value 0.75", "0.5")
         self.assert_fatal(harness.start_node("ratslam_vo", camera_fov_deg=-3), "camera_fov_deg: value -3")
 
     def test_missing_configuration_file(self):

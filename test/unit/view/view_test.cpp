@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "ratslam/view/canvas.h"
 #include "ratslam/view/composite.h"
@@ -18,6 +19,21 @@ constexpr int kPanelHeight = 298;  // of the activity's three panels at 600 x 60
 std::pair<cv::Point2d, int> centreOf(const cv::Mat& picture, const cv::Scalar& colour) {
   cv::Mat mask;
   cv::inRange(picture, colour - cv::Scalar::all(12), colour + cv::Scalar::all(12), mask);
+  const cv::Moments moments = cv::moments(mask, true);
+  return {{moments.m10 / std::max(1.0, moments.m00), moments.m01 / std::max(1.0, moments.m00)},
+          cv::countNonZero(mask)};
+}
+
+/// Centre of the pixels in which one channel clearly outshines another, below the lettering; how many there
+/// are.
+std::pair<cv::Point2d, int> centreWhere(const cv::Mat& picture, int channel, int other) {
+  cv::Mat bright;
+  cv::Mat dark;
+  cv::extractChannel(picture, bright, channel);
+  cv::extractChannel(picture, dark, other);
+  cv::Mat difference;
+  cv::subtract(bright, dark, difference);
+  const cv::Mat mask = difference > 60;
   const cv::Moments moments = cv::moments(mask, true);
   return {{moments.m10 / std::max(1.0, moments.m00), moments.m01 / std::max(1.0, moments.m00)},
           cv::countNonZero(mask)};
@@ -90,14 +106,19 @@ TEST(ActivityPicture, ShowsThePacketInAllThreeProjections) {
 
 TEST(ActivityPicture, DoesNotJoinTheTrailAcrossTheTorus) {
   const ActivityGrid activity(20, 36);
-  ActivityTrail through;
-  ActivityTrail round;
-  for (const double x : {1.0, 10.0, 19.0}) through.add({x, 10.0, 0.0});
-  for (const double x : {1.0, 19.0}) round.add({x, 10.0, 0.0});
-  const cv::Rect plane(0, 0, kPanelHeight, kPanelHeight);
-  const int joined = centreOf(drawActivity(activity, through, {600, 600})(plane), kRobot).second;
-  const int apart = centreOf(drawActivity(activity, round, {600, 600})(plane), kRobot).second;
-  EXPECT_GT(joined, apart + 200);
+  const auto pixelsOfTrail = [&activity](const std::vector<double>& columns) {
+    ActivityTrail trail;
+    ActivityTrail end;
+    for (const double x : columns) trail.add({x, 10.0, 0.0});
+    end.add({columns.back(), 10.0, 0.0});
+    const cv::Rect plane(0, 0, kPanelHeight, kPanelHeight);
+    cv::Mat difference;
+    cv::absdiff(drawActivity(activity, trail, {600, 600})(plane),
+                drawActivity(activity, end, {600, 600})(plane), difference);
+    return cv::countNonZero(difference.reshape(1));
+  };
+  EXPECT_GT(pixelsOfTrail({1.0, 10.0, 19.0}), 200);
+  EXPECT_EQ(pixelsOfTrail({1.0, 19.0}), 0);
 }
 
 TEST(ActivityTrail, ForgetsTheOldest) {
@@ -116,18 +137,21 @@ TEST(MapPicture, HasNorthAtTheTopAndTellsRecallsApart) {
   link.from = 0;
   link.to = 1;
   graph.addLink(link);
-  EXPECT_EQ(centreOf(drawMap(graph, {}, {400, 400}), kRecallLink).second, 0);
+  constexpr int kBlue = 0;
+  constexpr int kGreen = 1;
+  constexpr int kRed = 2;
+  EXPECT_EQ(centreWhere(drawMap(graph, {}, {400, 400}), kRed, kBlue).second, 0);
   link.from = 1;
   link.to = 2;
   link.recall = true;
   graph.addLink(link);
   const cv::Mat picture = drawMap(graph, {10.0, 0.0}, {400, 400});
-  const auto recall = centreOf(picture, kRecallLink);
+  const auto recall = centreWhere(picture, kRed, kBlue);
   EXPECT_GT(recall.second, 100);
   EXPECT_LT(recall.first.y, 50);
-  const auto driven = centreOf(picture, kDrivenLink);
+  const auto driven = centreWhere(picture, kBlue, kRed);
   EXPECT_LT(driven.first.x, 50);
-  const auto robot = centreOf(picture, kRobot);
+  const auto robot = centreWhere(picture, kGreen, kBlue);
   EXPECT_GT(robot.first.x, 350);
   EXPECT_GT(robot.first.y, 350);
 }
