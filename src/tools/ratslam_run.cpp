@@ -10,7 +10,6 @@
 #include "ratslam/dataset/odometry_file.h"
 #include "ratslam/pipeline/run_log.h"
 #include "ratslam_ros/node_parameters.h"
-#include "ratslam_ros/node_parameters.h"
 #include "recordings.h"
 
 namespace {
