@@ -40,7 +40,7 @@ std::string ProgressBar::line(std::size_t done, double seconds) const {
   }
   text << std::fixed << std::setprecision(rate < 10.0 ? 1 : 0) << ", " << rate << "/s";
   if (total_ > done && rate > 0.0) {
-    const auto left = static_cast<long>(static_cast<double>(total_ - done) / rate + 0.5);
+    const long left = std::lround(static_cast<double>(total_ - done) / rate);
     text << ", " << left / 60 << ':' << std::setw(2) << std::setfill('0') << left % 60 << " left";
   }
   return text.str();

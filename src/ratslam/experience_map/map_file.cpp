@@ -62,7 +62,7 @@ class Record {
     expect(key + ": ");
     const std::size_t end = rest_.find_first_of(",}");
     if (end == std::string::npos) fail(key + ": the record is cut off");
-    const std::string text = rest_.substr(0, end);
+    std::string text = rest_.substr(0, end);
     rest_.erase(0, rest_.compare(end, 2, ", ") == 0 ? end + 2 : end + 1);
     return text;
   }
