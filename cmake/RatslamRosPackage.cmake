@@ -1,6 +1,10 @@
 # The package as catkin sees it: messages, what it exports, where devel and install files go.
 # Comes before all targets, because catkin decides where they are put.
 
+# catkin takes down at configure time which of its folders there are, and hands tests only those: the messages' Python
+# folder must be there before the first build has filled it, or the first run of the tests does not find them.
+file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/devel/lib/python3/dist-packages)
+
 set(ratslam_ros_dependencies
   cv_bridge diagnostic_msgs geometry_msgs nav_msgs rosbag_storage roscpp sensor_msgs std_msgs std_srvs
   tf2 tf2_msgs tf2_ros visualization_msgs)
