@@ -47,4 +47,6 @@ if(RATSLAM_TESTS AND CATKIN_ENABLE_TESTING)
   foreach(file ${rostests})
     add_rostest(${file} DEPENDENCIES ${node_targets})
   endforeach()
+  add_test(NAME install_space COMMAND ${PROJECT_SOURCE_DIR}/test/integration/install_space.sh
+    ${PROJECT_BINARY_DIR} ${CMAKE_INSTALL_PREFIX})
 endif()
