@@ -22,7 +22,7 @@ found=$(rospack find ratslam_ros)
 
 rosrun ratslam_ros ratslam_town --out town.bag --frames 40 --jpeg-quality 90
 port=$(/usr/bin/python3 -c 'import socket; s = socket.socket(); s.bind(("", 0)); print(s.getsockname()[1])')
-ROS_MASTER_URI=http://localhost:$port timeout 120 roslaunch -p "$port" ratslam_ros demo.launch \
+ROS_HOSTNAME=localhost ROS_MASTER_URI=http://localhost:$port timeout 120 roslaunch -p "$port" ratslam_ros demo.launch \
   bag:="$scratch/town.bag" odometry:=profile trajectory_file:="$scratch/nodes" rate:=4
 rosrun ratslam_ros ratslam_run town.bag --config "$found/config/demo.yaml" --odometry profile --out run
 cmp nodes_final.tum run/trajectory_final.tum
