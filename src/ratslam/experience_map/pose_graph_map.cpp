@@ -10,7 +10,7 @@ namespace {
 /// Work of one update, in block products: at least, and where a recall disagrees strongly with the map. In
 /// between it grows with the square of the disagreement, so that what is visible is mended soon and the rest
 /// costs little.
-constexpr std::int64_t kLeastWork = 3000;
+constexpr std::int64_t kLeastWork = 5000;
 constexpr std::int64_t kGreatestWork = 400000;
 
 /// Disagreement, in exp_recall_sigma, from which an update works as much as it may.
@@ -67,6 +67,7 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   Constraint constraint = recallConstraint(experience, relative_rad, geometry);
   constraint.to = extendChain(robot);
   pose_graph_.addConstraint(constraint);
+  recalled_ = true;
   const auto& nodes = pose_graph_.nodes();
   disagreement_ = std::max(
       disagreement_, PoseGraph::residual(constraint, nodes[constraint.from], nodes[constraint.to]).norm());
@@ -131,7 +132,10 @@ Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relat
   return constraint;
 }
 
-void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) { resume(graph); }
+void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) {
+  if (recalled_) resume(graph);
+  recalled_ = false;
+}
 
 void PoseGraphMap::resume(ExperienceGraph& graph) {
   const double share = std::min(1.0, disagreement_ / kStrongDisagreement);

@@ -46,19 +46,21 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
 
   bool advance(PoseGraph& graph, std::int64_t work) override {
     bool moved = false;
-    while (work > 0 && !settled(graph)) {
+    // Ordering and stepping are not sliced: what they overdraw is paid for by the slices to come.
+    balance_ = std::min<std::int64_t>(balance_, 0) + work;
+    while (balance_ > 0 && !settled(graph)) {
       switch (stage_) {
         case Stage::kIdle:
-          order(graph, work);
+          order(graph, balance_);
           break;
         case Stage::kLinearise:
-          linearise(graph, work);
+          linearise(graph, balance_);
           break;
         case Stage::kFactorise:
-          if (cholesky_.factorise(work)) stage_ = Stage::kStep;
+          if (cholesky_.factorise(balance_)) stage_ = Stage::kStep;
           break;
         case Stage::kStep:
-          moved = step(graph, work) || moved;
+          moved = step(graph, balance_) || moved;
           break;
       }
     }
@@ -221,6 +223,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   std::array<int, Size> components_;
   double tolerance_;
   Stage stage_ = Stage::kIdle;
+  std::int64_t balance_ = 0;  ///< work left, negative where more was done than allowed
   std::uint32_t nodes_ = 0;
   std::size_t constraints_ = 0;
   std::size_t recalls_ = 0;
