@@ -22,11 +22,12 @@ const LocalViewParams& validated(const LocalViewParams& params) {
 
 /// All values in 8 bits, column by column.
 std::vector<std::uint8_t> columnBytes(const ViewTemplate& view, const TemplateParams& params) {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(view.values.size());
+  const std::vector<std::uint8_t> by_row = quantised(view.values);
+  std::vector<std::uint8_t> bytes(by_row.size());
   const auto columns = static_cast<std::size_t>(params.x_size);
+  std::uint8_t* next = bytes.data();
   for (std::size_t x = 0; x < columns; ++x) {
-    for (std::size_t i = x; i < view.values.size(); i += columns) bytes.push_back(quantised(view.values[i]));
+    for (std::size_t i = x; i < by_row.size(); i += columns) *next++ = by_row[i];
   }
   return bytes;
 }
@@ -38,16 +39,17 @@ int bandRows(const TemplateParams& params) { return params.y_size / bandCount(pa
 
 /// Means of each column over each band in 8 bits, column by column. An odd row at the bottom is left out.
 std::vector<std::uint8_t> bandMeans(const ViewTemplate& view, const TemplateParams& params) {
-  std::vector<std::uint8_t> means;
   const auto columns = static_cast<std::size_t>(params.x_size);
-  const std::size_t band_values = columns * static_cast<std::size_t>(bandRows(params));
-  for (std::size_t x = 0; x < columns; ++x) {
-    for (int band = 0; band < bandCount(params); ++band) {
-      const std::size_t begin = static_cast<std::size_t>(band) * band_values;
-      double sum = 0.0;
-      for (std::size_t i = begin + x; i < begin + band_values; i += columns) sum += view.values[i];
-      means.push_back(quantised(sum / bandRows(params)));
+  const auto bands = static_cast<std::size_t>(bandCount(params));
+  std::vector<std::uint8_t> means(columns * bands);
+  std::vector<double> sums(columns);
+  const double* row = view.values.data();
+  for (std::size_t band = 0; band < bands; ++band) {
+    std::fill(sums.begin(), sums.end(), 0.0);
+    for (int y = 0; y < bandRows(params); ++y, row += columns) {
+      for (std::size_t x = 0; x < columns; ++x) sums[x] += row[x];
     }
+    for (std::size_t x = 0; x < columns; ++x) means[x * bands + band] = quantised(sums[x] / bandRows(params));
   }
   return means;
 }
