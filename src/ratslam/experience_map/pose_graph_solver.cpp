@@ -94,6 +94,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     cholesky_.reset(structure_);
     gradient_.assign(structure_.columns(), Vector::Zero());
     next_constraint_ = 0;
+    energy_ = 0.0;
     stage_ = Stage::kLinearise;
   }
 
@@ -112,7 +113,9 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   void addNormalEquations(const PoseGraph& graph, const Constraint& constraint) {
     const LinearisedConstraint linear =
         PoseGraph::linearise(constraint, graph.nodes()[constraint.from], graph.nodes()[constraint.to]);
-    const double weight = graph.weight(constraint, linear.residual.squaredNorm());
+    const double squared = linear.residual.squaredNorm();
+    const double weight = graph.weight(constraint, squared);
+    energy_ += graph.energy(constraint, squared);
     const Block by_from = select(linear.by_from);
     const Block by_to = select(linear.by_to);
     Vector residual;
@@ -152,7 +155,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     if (cholesky_.definite()) {
       std::vector<Vector> full = gradient_;
       cholesky_.solve(full);
-      const double before = graph.energy(graph.nodes());
+      const double before = graph.energy(graph.nodes(), constraints_, energy_);
       double share = 1.0;
       for (int halving = 0; halving <= kHalvings; ++halving, share *= 0.5) {
         std::vector<MapPose> moved = stepped(graph.nodes(), full, share);
@@ -228,6 +231,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   std::size_t constraints_ = 0;
   std::size_t recalls_ = 0;
   std::size_t next_constraint_ = 0;
+  double energy_ = 0.0;  ///< of the constraints linearised so far
   double damping_ = 0.0;
   double last_step_ = 0.0;
   BlockStructure structure_;
