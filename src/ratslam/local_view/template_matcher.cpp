@@ -54,6 +54,12 @@ std::vector<std::uint8_t> bandMeans(const ViewTemplate& view, const TemplatePara
   return means;
 }
 
+std::uint32_t smallestOfGroup(const std::uint32_t* values) {
+  std::uint32_t smallest = values[0];
+  for (std::size_t lane = 1; lane < kGroupLanes; ++lane) smallest = std::min(smallest, values[lane]);
+  return smallest;
+}
+
 /// Sum of what rounding to 8 bits moves the values, in levels and rounded up, with 1 more for sums of
 /// doubles.
 std::uint32_t roundingOf(const ViewTemplate& view) {
@@ -83,7 +89,8 @@ std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
   const auto id = static_cast<std::uint32_t>(size());
   coarse_.add(bandMeans(learned, params_.view_template));
   fine_.add(columnBytes(learned, params_.view_template));
-  means_.push_back(learned.mean);
+  if (id % kGroupLanes == 0) means_.resize(id + kGroupLanes, std::numeric_limits<double>::infinity());
+  means_[id] = learned.mean;
   rounding_.push_back(roundingOf(learned));
   packed_.emplace_back(learned, params_.view_template);
   return id;
@@ -121,20 +128,20 @@ std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view)
 }
 
 /// Fills coarse_sads_, kNoCandidate where the mean gate excludes a template, and returns the id of the
-/// smallest.
+/// smallest. Loops over the lanes of a group have no branches, so that they become vector instructions.
 std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
   const double gate = params_.meanGate();
-  const auto excluded = [&](std::size_t id) {
-    return id >= means_.size() || std::abs(view_mean - means_[id]) > gate;
-  };
   const auto group_excluded = [&](std::size_t group) {
-    for (std::size_t id = group * kGroupLanes; id < (group + 1) * kGroupLanes; ++id) {
-      if (!excluded(id)) return false;
+    const double* means = means_.data() + group * kGroupLanes;
+    int within = 0;
+    for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
+      within += std::abs(view_mean - means[lane]) <= gate ? 1 : 0;
     }
-    return true;
+    return within == 0;
   };
   const std::size_t groups = coarse_.groupCount();
   coarse_sads_.assign(groups * kGroupLanes, kNoCandidate);
+  std::uint32_t smallest = kNoCandidate;
   std::size_t most_likely = 0;
   for (std::size_t first = 0; first < groups;) {
     if (group_excluded(first)) {
@@ -142,15 +149,22 @@ std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
       continue;
     }
     std::size_t last = first + 1;
-    while (last < groups && !group_excluded(last)) ++last;
+    while (last < groups && last - first < kBatchGroups && !group_excluded(last)) ++last;
     coarse_.smallestSads(first, last, coarse_sads_.data() + first * kGroupLanes);
-    for (std::size_t id = first * kGroupLanes; id < last * kGroupLanes; ++id) {
-      if (excluded(id)) coarse_sads_[id] = kNoCandidate;
-      if (coarse_sads_[id] < coarse_sads_[most_likely]) most_likely = id;
+    for (; first < last; ++first) {
+      const double* means = means_.data() + first * kGroupLanes;
+      std::uint32_t* sads = coarse_sads_.data() + first * kGroupLanes;
+      for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
+        sads[lane] = std::abs(view_mean - means[lane]) <= gate ? sads[lane] : kNoCandidate;
+      }
+      const std::uint32_t of_group = smallestOfGroup(sads);
+      if (of_group >= smallest) continue;
+      smallest = of_group;
+      most_likely =
+          static_cast<std::size_t>(std::find(sads, sads + kGroupLanes, of_group) - coarse_sads_.data());
     }
-    first = last;
   }
-  if (groups == 0 || coarse_sads_[most_likely] == kNoCandidate) return std::nullopt;
+  if (smallest == kNoCandidate) return std::nullopt;
   return most_likely;
 }
 
@@ -176,8 +190,7 @@ void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t v
     }
   };
   const auto group_excluded = [&](std::size_t group) {
-    const auto first = coarse_sads_.begin() + static_cast<std::ptrdiff_t>(group * kGroupLanes);
-    return *std::min_element(first, first + kGroupLanes) > coarse_limit;
+    return smallestOfGroup(coarse_sads_.data() + group * kGroupLanes) > coarse_limit;
   };
   candidates_.clear();
   search_groups(most_likely / kGroupLanes, most_likely / kGroupLanes + 1, false);
