@@ -1,13 +1,14 @@
 /// Speed of the experience map on drives through a city in which about 12% of the links are made by recalls.
 ///
 /// Times are thread CPU time. Each benchmark measures the plain implementation (test/oracle) on the same
-/// graph in the same run; `plain_ms` is its 20 sweeps, `ratio` how many times faster the map is.
+/// graph in the same run; `oracle_ms` is its 20 sweeps, `ratio` how many times faster an update of
+/// the map is on average (`ours_ms`).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <ctime>
 
-#include "oracle/experience_map_drive.h"
+#include "oracle/driven_pose_graph.h"
 #include "oracle/experience_map_oracle.h"
 #include "ratslam/experience_map/relaxation.h"
 
@@ -61,8 +62,10 @@ void referenceUpdate(benchmark::State& state) {
   relaxation.update(graph, robot);
   double total_ms = 0.0;
   for (auto _ : state) total_ms += millisecondsOf([&] { relaxation.update(graph, robot); });
-  state.counters["plain_ms"] = plain_ms;
-  state.counters["ratio"] = plain_ms * static_cast<double>(state.iterations()) / total_ms;
+  const double ours_ms = total_ms / static_cast<double>(state.iterations());
+  state.counters["oracle_ms"] = plain_ms;
+  state.counters["ours_ms"] = ours_ms;
+  state.counters["ratio"] = plain_ms / ours_ms;
 }
 
 /// The default map: updates from the given number of experiences on, recalls among them.
@@ -70,7 +73,7 @@ void referenceUpdate(benchmark::State& state) {
 /// they start there.
 void defaultUpdate(benchmark::State& state) {
   const auto experiences = static_cast<std::uint32_t>(state.range(0));
-  const auto drive = cityDrive(experiences + experiences / 10);
+  const auto drive = cityDrive(experiences + 1100);
   ExperienceMapParams params;
   DrivenPoseGraph driven(params);
   ExperienceMap map(params);
@@ -108,12 +111,11 @@ void defaultUpdate(benchmark::State& state) {
   double recalls = 0.0;
   for (const Link& link : map.graph().links()) recalls += link.recall ? 1.0 : 0.0;
   state.counters["recall_share"] = recalls / static_cast<double>(map.graph().links().size());
-  state.counters["plain_ms"] = plain_ms;
-  state.counters["mean_ms"] = mean;
+  state.counters["oracle_ms"] = plain_ms;
+  state.counters["ours_ms"] = mean;
   state.counters["median_ms"] = times[times.size() / 2];
   state.counters["max_ms"] = times.back();
   state.counters["ratio"] = plain_ms / mean;
-  state.counters["ratio_median"] = plain_ms / times[times.size() / 2];
   state.counters["error_ratio"] = graph.energy(graph.nodes()) / graph.energy(swept);
 }
 
@@ -136,7 +138,8 @@ void growth(benchmark::State& state) {
   for (auto _ : state) advance();
 }
 
-/// A ring of so many experiences whose end lies beside its start by a jump; the second lap closes it.
+/// A ring of so many experiences whose end lies beside its start by a gap of `gap_m`; the second lap closes
+/// it. `max_ms` is the longest update from then on.
 void closure(benchmark::State& state) {
   const auto lap = static_cast<int>(state.range(0));
   const auto drive = simulateRing(lap, 2 * lap, 1.0, -0.05);
@@ -146,25 +149,24 @@ void closure(benchmark::State& state) {
     ExperienceMap map(params);
     map.start(0);
     double worst = 0.0;
-    double jump = 0.0;
+    double gap = 0.0;
     for (int k = 1; k <= lap + 600; ++k) {
       const DriveStep& step = drive[static_cast<std::size_t>(k)];
-      const MapPose before = map.robotPose();
       const double time = millisecondsOf([&] {
         map.integrate(step.end, step.motion);
         map.apply(step.action);
       });
-      const double moved = std::hypot(map.robotPose().x - before.x, map.robotPose().y - before.y);
       if (k > lap) worst = std::max(worst, time);
-      jump = std::max(jump, moved);
+      const MapPose start = map.graph().pose(0);
+      if (k == lap) gap = std::hypot(map.robotPose().x - start.x, map.robotPose().y - start.y);
     }
-    state.counters["worst_ms"] = worst;
-    state.counters["largest_move_m"] = jump;
+    state.counters["max_ms"] = worst;
+    state.counters["gap_m"] = gap;
   }
 }
 
 BENCHMARK(referenceUpdate)->Arg(1000)->Arg(5000)->Arg(20000)->Unit(benchmark::kMillisecond);
-BENCHMARK(defaultUpdate)->Arg(1000)->Arg(5000)->Arg(20000)->Iterations(100)->Unit(benchmark::kMillisecond);
+BENCHMARK(defaultUpdate)->Arg(1000)->Arg(5000)->Arg(20000)->Iterations(1000)->Unit(benchmark::kMillisecond);
 BENCHMARK(growth)->Arg(1000)->Arg(20000)->Iterations(3000)->Unit(benchmark::kMicrosecond);
 BENCHMARK(closure)->Arg(20000)->Iterations(1)->Unit(benchmark::kMillisecond);
 

@@ -13,7 +13,6 @@
 #include "ratslam/common/pose2.h"
 #include "ratslam/events.h"
 #include "ratslam/experience_map/experience_map.h"
-#include "ratslam/experience_map/pose_graph_map.h"
 
 namespace ratslam {
 
@@ -99,28 +98,6 @@ inline void run(ExperienceMap& map, const std::vector<DriveStep>& drive) {
     map.apply(drive[k].action);
   }
 }
-
-/// The default solver without the rest of the map, so that its pose graph is in reach.
-struct DrivenPoseGraph {
-  explicit DrivenPoseGraph(const ExperienceMapParams& params) : solver(params) {}
-
-  /// Takes in one step of a drive; the solver does not work on it yet.
-  void take(const DriveStep& step) {
-    robot.motion.add(step.motion);
-    if (step.action.kind == ActionKind::kCreateNode) {
-      const bool first = graph.experiences().empty();
-      graph.addExperience(first ? MapPose{}
-                                : compose(solver.framePose(graph, robot.frame), robot.motion.pose));
-      robot = solver.create(graph, robot, nullptr);
-    } else if (step.action.kind == ActionKind::kCreateEdge) {
-      robot = solver.recall(graph, step.action.dest_id, robot, 0.0, nullptr);
-    }
-  }
-
-  PoseGraphMap solver;
-  ExperienceGraph graph;
-  RobotPlace robot;
-};
 
 /// Laps of a ring with steps of a given length, each turning by a share too little or too much; every place
 /// of the later laps is recalled.

@@ -68,8 +68,9 @@ class PoseGraph {
   /// step.
   double weight(const Constraint& constraint, double squared) const;
 
-  /// Energy of the graph with its nodes at `nodes`.
-  double energy(const std::vector<MapPose>& nodes) const;
+  /// Energy of the graph with its nodes at `nodes`. @param first constraint that counts; @param sum of those
+  /// before it.
+  double energy(const std::vector<MapPose>& nodes, std::size_t first = 0, double sum = 0.0) const;
 
  private:
   double kernel_;

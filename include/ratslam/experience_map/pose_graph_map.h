@@ -58,7 +58,8 @@ class PoseGraphMap : public MapSolver {
   PoseGraphSolver solver_;
   std::vector<std::uint32_t> nodes_;     ///< of the experiences
   std::vector<TemplateOffset> offsets_;  ///< of the experiences
-  double disagreement_ = 0.0;            ///< of recalls with the map that is left to mend [exp_recall_sigma]
+  bool recalled_ = false;  ///< the last action added evidence: a created experience leaves nothing to solve
+  double disagreement_ = 0.0;  ///< of recalls with the map that is left to mend [exp_recall_sigma]
 };
 
 }  // namespace ratslam

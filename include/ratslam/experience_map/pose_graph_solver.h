@@ -6,9 +6,10 @@
 ///  2. linearise all constraints and fill in the normal equations;
 ///  3. factorise them (block_cholesky.h);
 ///  4. solve, and walk along the step as far as the energy falls; the energy never rises.
-/// A slice ends in the middle of 2 or 3 when its work is used up. Nodes that are appended in the meantime lie
-/// on the chain behind the newest node that takes part, and are carried along by a similarity. Work is
-/// counted in operations, not in time, so the poses are a function of the sequence of calls only.
+/// A slice ends in the middle of 2 or 3 when its work is used up; what 1 or 4 take beyond that, later slices
+/// go without. Nodes that are appended in the meantime lie on the chain behind the newest node that takes
+/// part, and are carried along by a similarity. Work is counted in operations, not in time, so the poses are
+/// a function of the sequence of calls only.
 #pragma once
 
 #include <cstdint>

@@ -26,8 +26,6 @@ class PackedTemplate {
   std::size_t memoryBytes() const { return sizeof *this + packed_bytes_; }
 
  private:
-  std::uint64_t smallestSum(std::uint8_t byte) const;
-
   double scale_;
   std::uint64_t full_scale_;
   double sums_per_level_;  // 0 where the 8-bit values do not tell the sums

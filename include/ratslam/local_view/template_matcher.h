@@ -48,7 +48,7 @@ class TemplateMatcher {
   /// gate leaves no candidate. @throws std::invalid_argument as add does.
   std::optional<TemplateMatch> findBest(const ViewTemplate& view);
 
-  std::size_t size() const { return means_.size(); }
+  std::size_t size() const { return packed_.size(); }
 
   /// Values of template `id` as they were added, to the last bit, row by row. @throws std::out_of_range.
   std::vector<double> values(std::uint32_t id) const;
@@ -77,7 +77,7 @@ class TemplateMatcher {
   LocalViewParams params_;
   SadIndex coarse_;  // means over halves of columns
   SadIndex fine_;    // all values
-  std::vector<double> means_;
+  std::vector<double> means_;  // of whole groups: infinite where there is no template yet
   std::vector<std::uint32_t> rounding_;  // sum of what rounding to 8 bits moved the values, in levels
   std::vector<PackedTemplate> packed_;
   // Buffers of a search.

@@ -11,42 +11,13 @@ namespace {
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
 /// Unknowns that have other neighbours than their predecessor and successor.
-std::vector<bool> findJunctions(std::uint32_t unknowns, const std::vector<Edge>& edges) {
-  std::vector<bool> junction(unknowns, false);
+std::vector<char> findJunctions(std::uint32_t unknowns, const std::vector<Edge>& edges) {
+  std::vector<char> junction(unknowns, 0);
   for (const Edge& edge : edges) {
     const auto [low, high] = std::minmax(edge.first, edge.second);
-    if (high - low > 1) junction[low] = junction[high] = true;
+    if (high - low > 1) junction[low] = junction[high] = 1;
   }
   return junction;
-}
-
-/// Junctions in the order of their elimination, given the edges between them that remain once chains are
-/// eliminated.
-std::vector<std::uint32_t> orderJunctions(const std::vector<std::uint32_t>& junctions,
-                                          const std::vector<Edge>& edges) {
-  using Pattern = Eigen::SparseMatrix<double>;
-  const auto size = static_cast<Eigen::Index>(junctions.size());
-  const auto indexOf = [&](std::uint32_t unknown) {
-    return static_cast<int>(std::lower_bound(junctions.begin(), junctions.end(), unknown) -
-                            junctions.begin());
-  };
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int k = 0; k < size; ++k) entries.emplace_back(k, k, 1.0);
-  for (const Edge& edge : edges) {
-    const int a = indexOf(edge.first);
-    const int b = indexOf(edge.second);
-    entries.emplace_back(a, b, 1.0);
-    entries.emplace_back(b, a, 1.0);
-  }
-  Pattern pattern(size, size);
-  pattern.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> elimination;
-  Eigen::AMDOrdering<int>()(pattern, elimination);
-  std::vector<std::uint32_t> order;
-  for (Eigen::Index k = 0; k < size; ++k) {
-    order.push_back(junctions[static_cast<std::size_t>(elimination.indices()[k])]);
-  }
-  return order;
 }
 
 /// Edges as lists: for each column the rows below the diagonal, one after the other.
@@ -67,6 +38,39 @@ Adjacency listEdges(const std::vector<std::uint32_t>& position, const std::vecto
     adjacency.rows[next[low(edge)]++] = std::max(position[edge.first], position[edge.second]);
   }
   return adjacency;
+}
+
+/// Junctions in the order of their elimination, given the edges between them that remain once chains are
+/// eliminated. @param index_of_junction by unknown.
+std::vector<std::uint32_t> orderJunctions(const std::vector<std::uint32_t>& junctions,
+                                          const std::vector<std::uint32_t>& index_of_junction,
+                                          const std::vector<Edge>& edges) {
+  // One half of the symmetric pattern, column by column. Eigen's triplets would take longer than the
+  // ordering.
+  using Pattern = Eigen::SparseMatrix<float>;
+  const auto size = static_cast<Eigen::Index>(junctions.size());
+  Adjacency adjacency = listEdges(index_of_junction, edges);
+  Pattern pattern(size, size);
+  pattern.reserve(size + static_cast<Eigen::Index>(edges.size()));
+  for (Eigen::Index column = 0; column < size; ++column) {
+    const auto rows = adjacency.rows.begin();
+    const auto begin = rows + static_cast<std::ptrdiff_t>(adjacency.begin[static_cast<std::size_t>(column)]);
+    auto end = rows + static_cast<std::ptrdiff_t>(adjacency.begin[static_cast<std::size_t>(column) + 1]);
+    std::sort(begin, end);
+    end = std::unique(begin, end);
+    pattern.startVec(column);
+    pattern.insertBack(column, column) = 1.0F;
+    for (auto row = begin; row != end; ++row) pattern.insertBack(*row, column) = 1.0F;
+  }
+  pattern.finalize();
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> elimination;
+  Eigen::AMDOrdering<int>()(pattern.selfadjointView<Eigen::Lower>(), elimination);
+  std::vector<std::uint32_t> order;
+  order.reserve(junctions.size());
+  for (Eigen::Index k = 0; k < size; ++k) {
+    order.push_back(junctions[static_cast<std::size_t>(elimination.indices()[k])]);
+  }
+  return order;
 }
 
 /// For each column the rows below the diagonal that fill in, ascending.
@@ -114,23 +118,26 @@ std::size_t BlockStructure::find(std::uint32_t row, std::uint32_t column) const 
 }
 
 BlockStructure orderBlocks(std::uint32_t unknowns, const std::vector<Edge>& edges) {
-  const std::vector<bool> junction = findJunctions(unknowns, edges);
+  const std::vector<char> junction = findJunctions(unknowns, edges);
   std::vector<std::uint32_t> junctions;
   std::vector<std::uint32_t> order;
+  order.reserve(unknowns);
   std::vector<Edge> remaining;
+  std::vector<std::uint32_t> index_of_junction(unknowns, 0);
   for (std::uint32_t unknown = 0; unknown < unknowns; ++unknown) {
-    if (!junction[unknown]) {
+    if (junction[unknown] == 0) {
       order.push_back(unknown);
       continue;
     }
+    index_of_junction[unknown] = static_cast<std::uint32_t>(junctions.size());
     // A chain that has been eliminated joins the junctions at its ends.
     if (!junctions.empty()) remaining.emplace_back(junctions.back(), unknown);
     junctions.push_back(unknown);
   }
   for (const Edge& edge : edges) {
-    if (junction[edge.first] && junction[edge.second]) remaining.push_back(edge);
+    if (junction[edge.first] != 0 && junction[edge.second] != 0) remaining.push_back(edge);
   }
-  const std::vector<std::uint32_t> last = orderJunctions(junctions, remaining);
+  const std::vector<std::uint32_t> last = orderJunctions(junctions, index_of_junction, remaining);
   order.insert(order.end(), last.begin(), last.end());
 
   BlockStructure structure;

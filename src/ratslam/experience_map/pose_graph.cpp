@@ -99,9 +99,9 @@ double PoseGraph::weight(const Constraint& constraint, double squared) const {
   return constraint.recall ? 1.0 / (1.0 + squared / (kernel_ * kernel_)) : 1.0;
 }
 
-double PoseGraph::energy(const std::vector<MapPose>& nodes) const {
-  double sum = 0.0;
-  for (const Constraint& constraint : constraints_) {
+double PoseGraph::energy(const std::vector<MapPose>& nodes, std::size_t first, double sum) const {
+  for (std::size_t k = first; k < constraints_.size(); ++k) {
+    const Constraint& constraint = constraints_[k];
     sum +=
         energy(constraint, residual(constraint, nodes[constraint.from], nodes[constraint.to]).squaredNorm());
   }

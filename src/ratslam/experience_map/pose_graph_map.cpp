@@ -8,12 +8,14 @@ namespace ratslam {
 namespace {
 
 /// Work of one update, in block products: at least, and where a recall disagrees strongly with the map. In
-/// between it grows with the square of the disagreement, so that what is visible is mended soon and the rest
-/// costs little.
-constexpr std::int64_t kLeastWork = 3000;
+/// between it grows with the square of the disagreement beyond what recalls usually have, so that what is
+/// visible is mended soon and the rest costs little.
+constexpr std::int64_t kLeastWork = 5000;
 constexpr std::int64_t kGreatestWork = 400000;
 
-/// Disagreement, in exp_recall_sigma, from which an update works as much as it may.
+/// Disagreement, in exp_recall_sigma, up to which a recall says nothing new, and from which an update works as
+/// much as it may.
+constexpr double kUsualDisagreement = 1.0;
 constexpr double kStrongDisagreement = 5.0;
 
 /// Steps below this share of exp_recall_sigma end the solver's iterations.
@@ -67,6 +69,7 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   Constraint constraint = recallConstraint(experience, relative_rad, geometry);
   constraint.to = extendChain(robot);
   pose_graph_.addConstraint(constraint);
+  recalled_ = true;
   const auto& nodes = pose_graph_.nodes();
   disagreement_ = std::max(
       disagreement_, PoseGraph::residual(constraint, nodes[constraint.from], nodes[constraint.to]).norm());
@@ -131,10 +134,14 @@ Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relat
   return constraint;
 }
 
-void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) { resume(graph); }
+void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) {
+  if (recalled_) resume(graph);
+  recalled_ = false;
+}
 
 void PoseGraphMap::resume(ExperienceGraph& graph) {
-  const double share = std::min(1.0, disagreement_ / kStrongDisagreement);
+  const double share = std::clamp(
+      (disagreement_ - kUsualDisagreement) / (kStrongDisagreement - kUsualDisagreement), 0.0, 1.0);
   work(graph, kLeastWork + static_cast<std::int64_t>(share * share * static_cast<double>(kGreatestWork)));
 }
 

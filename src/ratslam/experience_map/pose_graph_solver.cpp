@@ -46,19 +46,21 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
 
   bool advance(PoseGraph& graph, std::int64_t work) override {
     bool moved = false;
-    while (work > 0 && !settled(graph)) {
+    // Ordering and stepping are not sliced: what they overdraw is paid for by the slices to come.
+    balance_ = std::min<std::int64_t>(balance_, 0) + work;
+    while (balance_ > 0 && !settled(graph)) {
       switch (stage_) {
         case Stage::kIdle:
-          order(graph, work);
+          order(graph, balance_);
           break;
         case Stage::kLinearise:
-          linearise(graph, work);
+          linearise(graph, balance_);
           break;
         case Stage::kFactorise:
-          if (cholesky_.factorise(work)) stage_ = Stage::kStep;
+          if (cholesky_.factorise(balance_)) stage_ = Stage::kStep;
           break;
         case Stage::kStep:
-          moved = step(graph, work) || moved;
+          moved = step(graph, balance_) || moved;
           break;
       }
     }
@@ -92,6 +94,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     cholesky_.reset(structure_);
     gradient_.assign(structure_.columns(), Vector::Zero());
     next_constraint_ = 0;
+    energy_ = 0.0;
     stage_ = Stage::kLinearise;
   }
 
@@ -110,7 +113,9 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   void addNormalEquations(const PoseGraph& graph, const Constraint& constraint) {
     const LinearisedConstraint linear =
         PoseGraph::linearise(constraint, graph.nodes()[constraint.from], graph.nodes()[constraint.to]);
-    const double weight = graph.weight(constraint, linear.residual.squaredNorm());
+    const double squared = linear.residual.squaredNorm();
+    const double weight = graph.weight(constraint, squared);
+    energy_ += graph.energy(constraint, squared);
     const Block by_from = select(linear.by_from);
     const Block by_to = select(linear.by_to);
     Vector residual;
@@ -150,7 +155,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     if (cholesky_.definite()) {
       std::vector<Vector> full = gradient_;
       cholesky_.solve(full);
-      const double before = graph.energy(graph.nodes());
+      const double before = graph.energy(graph.nodes(), constraints_, energy_);
       double share = 1.0;
       for (int halving = 0; halving <= kHalvings; ++halving, share *= 0.5) {
         std::vector<MapPose> moved = stepped(graph.nodes(), full, share);
@@ -221,10 +226,12 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   std::array<int, Size> components_;
   double tolerance_;
   Stage stage_ = Stage::kIdle;
+  std::int64_t balance_ = 0;  ///< work left, negative where more was done than allowed
   std::uint32_t nodes_ = 0;
   std::size_t constraints_ = 0;
   std::size_t recalls_ = 0;
   std::size_t next_constraint_ = 0;
+  double energy_ = 0.0;  ///< of the constraints linearised so far
   double damping_ = 0.0;
   double last_step_ = 0.0;
   BlockStructure structure_;

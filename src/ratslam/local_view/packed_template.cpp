@@ -15,6 +15,14 @@ std::uint32_t bitsOf(std::uint64_t largest) {
   return bits;
 }
 
+/// The smallest sum of which a byte can be the value.
+std::uint64_t smallestSum(std::uint8_t byte, double sums_per_level) {
+  // The first whole number from half a level below the byte's on, less what the rounding of the value and of
+  // this product can amount to. Truncation, because std::ceil costs a call on older processors.
+  const double sum = (byte - 0.5) * sums_per_level * (1.0 - 1e-12) + (1.0 - 1e-9);
+  return sum > 0.0 ? static_cast<std::uint64_t>(static_cast<std::int64_t>(sum)) : 0;
+}
+
 }  // namespace
 
 PackedTemplate::PackedTemplate(const ViewTemplate& original, const TemplateParams& params)
@@ -28,7 +36,7 @@ PackedTemplate::PackedTemplate(const ViewTemplate& original, const TemplateParam
   rests.reserve(original.values.size());
   for (std::size_t i = 0; i < original.values.size(); ++i) {
     const std::uint64_t sum = std::min(original.blocks.sums[i], saturated);
-    rests.push_back(sum - smallestSum(quantised(original.values[i])));
+    rests.push_back(sum - smallestSum(quantised(original.values[i]), sums_per_level_));
   }
   bits_ = bitsOf(*std::max_element(rests.begin(), rests.end()));
   packed_bytes_ = static_cast<std::uint32_t>(rests.size() * bits_ / 8 + kReadBytes);
@@ -43,13 +51,6 @@ PackedTemplate::PackedTemplate(const ViewTemplate& original, const TemplateParam
   }
 }
 
-std::uint64_t PackedTemplate::smallestSum(std::uint8_t byte) const {
-  // The first whole number from half a level below the byte's on, less what the rounding of the value and of
-  // this product can amount to. Truncation, because std::ceil costs a call on older processors.
-  const double sum = (byte - 0.5) * sums_per_level_ * (1.0 - 1e-12) + (1.0 - 1e-9);
-  return sum > 0.0 ? static_cast<std::uint64_t>(static_cast<std::int64_t>(sum)) : 0;
-}
-
 std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& bytes,
                                            const TemplateParams& params) const {
   BlockSums blocks;
@@ -62,7 +63,7 @@ std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& byte
   for (const std::uint8_t byte : bytes) {
     std::uint64_t word = 0;
     std::memcpy(&word, packed_.get() + position / 8, kReadBytes);
-    blocks.sums.push_back(smallestSum(byte) + ((word >> (position % 8)) & mask));
+    blocks.sums.push_back(smallestSum(byte, sums_per_level_) + ((word >> (position % 8)) & mask));
     position += bits_;
   }
   return templateValues(blocks, scale_, params);

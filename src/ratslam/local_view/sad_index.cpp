@@ -161,9 +161,9 @@ void SadIndex::setView(const std::vector<std::uint8_t>& bytes) {
   }
   if (view_->slides) {
     auto* words = reinterpret_cast<std::uint8_t*>(view_->quads.data());
-    for (std::size_t i = 0; i < compared_bytes_; ++i) {
-      const std::size_t column = i / asSize(rows_);
-      words[i % asSize(rows_) * view_->shape.quads * 4 + column] = view_->compared[0][i];
+    const std::uint8_t* compared = view_->compared[0].data();
+    for (std::size_t x = 0; x < view_->shape.compared; ++x) {
+      for (std::size_t y = 0; y < asSize(rows_); ++y) words[y * view_->shape.quads * 4 + x] = *compared++;
     }
   }
   for (std::size_t i = 0; i < view_->shifted.blocks.size() * kBlockShifts; ++i) {

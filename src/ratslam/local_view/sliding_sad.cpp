@@ -10,8 +10,9 @@
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kSlides = 3;     // groups of 4 shifts that share what is loaded of a template
-constexpr std::size_t kMaxQuads = 64;  // 4 differences of bytes each, so that their sum stays below 2^16
+constexpr std::size_t kSlides = 3;       // groups of 4 shifts that share what is loaded of a template
+constexpr std::size_t kUsualQuads = 13;  // of 60 columns at shifts of up to 5 to either side
+constexpr std::size_t kMaxQuads = 64;    // 4 differences of bytes each, so that their sum stays below 2^16
 
 }  // namespace
 
@@ -67,13 +68,10 @@ RATSLAM_AVX512 inline void addQuad(SlideSums& sums, const std::uint32_t& quad, _
   sums.words = _mm512_add_epi16(sums.words, _mm512_dbsad_epu8(view, learned, kAsTheyAre));
 }
 
-/// 8 bytes of each template from quad number `quad` of a row on. From an odd quad on these are second halves
-/// of a chunk and first halves of the next: loads displaced by half of 8 bytes put them in place without a
-/// permutation, for which dbsad leaves no time.
-RATSLAM_AVX512 inline __m512i learnedFrom(const std::uint8_t* row, std::size_t quad) {
-  const std::uint8_t* chunk = row + quad / 2 * 64;
-  if (quad % 2 == 0) return _mm512_load_si512(chunk);
-  return _mm512_mask_loadu_epi32(_mm512_loadu_si512(chunk + 4), 0xaaaa, chunk + 64 - 4);
+/// From the halves of 8 bytes that two neighbouring chunks have of each template, the 8 bytes between them.
+RATSLAM_AVX512 inline __m512i joined(__m512i chunk, __m512i next) {
+  const __m512i halves = _mm512_set_epi32(30, 15, 28, 13, 26, 11, 24, 9, 22, 7, 20, 5, 18, 3, 16, 1);
+  return _mm512_permutex2var_epi32(chunk, halves, next);
 }
 
 inline void prefetch(const std::uint8_t* chunks, std::size_t count) {
@@ -93,41 +91,70 @@ RATSLAM_AVX512 inline __m512i leastOf(__m512i least, const SlideSums& sums, cons
   return _mm512_maskz_min_epu32(0xffff, least, _mm512_or_si512(odd, no_odd));
 }
 
-/// Adds the quads [0, shape.quads) of a row of the view, which meet those from `slide`, slide + 1 and slide +
-/// 2 on of a row of the templates.
-RATSLAM_AVX512 inline void addRow(const std::uint8_t* row, const std::uint32_t* view, std::size_t quads,
-                                  std::size_t slide, SlideSums (&sums)[kSlides]) {
-  __m512i first = learnedFrom(row, slide);
-  __m512i second = learnedFrom(row, slide + 1);
-  for (std::size_t q = 0; q < quads; ++q) {
-    const __m512i third = learnedFrom(row, slide + q + 2);
-    addQuad(sums[0], view[q], first);
-    addQuad(sums[1], view[q], second);
-    addQuad(sums[2], view[q], third);
-    first = second;
-    second = third;
-  }
+/// Adds one quad of a row of the view, which meets those number q, q + 1 and q + 2 of a row of the templates.
+RATSLAM_AVX512 inline void addQuads(SlideSums (&sums)[kSlides], const std::uint32_t& quad, __m512i first,
+                                    __m512i second, __m512i third) {
+  addQuad(sums[0], quad, first);
+  addQuad(sums[1], quad, second);
+  addQuad(sums[2], quad, third);
 }
 
-}  // namespace
+RATSLAM_AVX512 inline __m512i chunkAt(const std::uint8_t* row, std::size_t chunk) {
+  return _mm512_load_si512(row + chunk * 64);
+}
+RATSLAM_AVX512 inline __m512i between(const std::uint8_t* row, std::size_t chunk) {
+  return joined(chunkAt(row, chunk), chunkAt(row, chunk + 1));
+}
 
-RATSLAM_AVX512 void smallestSlidingSads(const std::uint8_t* groups, std::size_t group_count,
-                                        const SlidingShape& shape, const std::vector<std::uint32_t>& view,
-                                        std::uint32_t* smallest) {
-  const std::size_t rows_held = kMaxQuads / shape.quads;  // by 16-bit sums
+/// Adds the quads [0, quads) of a row of the view, which meet those from `slide`, slide + 1 and slide + 2 on
+/// of a row of the templates. Even quads are chunks, odd ones lie between two: two a turn, so that the
+/// execution unit of dbsad has nothing to wait for. Their number is a constant where `kQuads` is not 0, which
+/// lets the compiler unroll.
+template <bool kOddSlide, std::size_t kQuads>
+RATSLAM_AVX512 inline void addRow(const std::uint8_t* row, const std::uint32_t* view, std::size_t any_quads,
+                                  std::size_t slide, SlideSums (&sums)[kSlides]) {
+  const std::size_t quads = kQuads > 0 ? kQuads : any_quads;
+  std::size_t c = slide / 2;
+  __m512i first = kOddSlide ? between(row, c) : chunkAt(row, c);
+  __m512i second = kOddSlide ? chunkAt(row, c + 1) : between(row, c);
+  if (kOddSlide) ++c;
+  std::size_t q = 0;
+  for (; q + 1 < quads; q += 2, ++c) {
+    const __m512i third = kOddSlide ? between(row, c) : chunkAt(row, c + 1);
+    const __m512i fourth = kOddSlide ? chunkAt(row, c + 1) : between(row, c + 1);
+    addQuads(sums, view[q], first, second, third);
+    addQuads(sums, view[q + 1], second, third, fourth);
+    first = third;
+    second = fourth;
+  }
+  if (q < quads) addQuads(sums, view[q], first, second, kOddSlide ? between(row, c) : chunkAt(row, c + 1));
+}
+
+template <std::size_t kQuads>
+RATSLAM_AVX512 void smallestSads(const std::uint8_t* groups, std::size_t group_count,
+                                 const SlidingShape shape, const std::uint32_t* view,
+                                 std::uint32_t* smallest) {
+  const std::size_t quads = kQuads > 0 ? kQuads : shape.quads;
+  const std::size_t rows_held = kMaxQuads / quads;  // by 16-bit sums
+  const std::size_t row_bytes = shape.row_chunks * 64;
   for (std::size_t group = 0; group < group_count; ++group) {
     const std::uint8_t* bytes = groups + group * shape.group_chunks * 64;
     __m512i least = _mm512_set1_epi32(-1);
     for (std::size_t slide = 0; slide * 4 < shape.shift_count; slide += kSlides) {
       const __m512i zero = _mm512_setzero_si512();
       SlideSums sums[kSlides] = {{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
+      const std::uint8_t* row = bytes;
+      const std::uint32_t* view_row = view;
       for (std::size_t begin = 0; begin < shape.rows; begin += rows_held) {
         const std::size_t end = std::min(begin + rows_held, shape.rows);
-        for (std::size_t y = begin; y < end; ++y) {
+        for (std::size_t y = begin; y < end; ++y, row += row_bytes, view_row += quads) {
           // A bit of the next group with every row: all at once would stall.
-          const std::uint8_t* row = bytes + y * shape.row_chunks * 64;
           if (group + 1 < group_count) prefetch(row + shape.group_chunks * 64, shape.row_chunks);
-          addRow(row, view.data() + y * shape.quads, shape.quads, slide, sums);
+          if (slide % 2 == 0) {
+            addRow<false, kQuads>(row, view_row, quads, slide, sums);
+          } else {
+            addRow<true, kQuads>(row, view_row, quads, slide, sums);
+          }
         }
         for (SlideSums& sum : sums) widen(sum);
       }
@@ -139,6 +166,17 @@ RATSLAM_AVX512 void smallestSlidingSads(const std::uint8_t* groups, std::size_t 
     least = _mm512_maskz_min_epu32(0xffff, least, _mm512_maskz_srli_epi64(0xff, least, 32));
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(smallest + group * 8),
                         _mm512_maskz_cvtepi64_epi32(0xff, least));
+  }
+}
+
+}  // namespace
+
+void smallestSlidingSads(const std::uint8_t* groups, std::size_t group_count, const SlidingShape& shape,
+                         const std::vector<std::uint32_t>& view, std::uint32_t* smallest) {
+  if (shape.quads == kUsualQuads) {
+    smallestSads<kUsualQuads>(groups, group_count, shape, view.data(), smallest);
+  } else {
+    smallestSads<0>(groups, group_count, shape, view.data(), smallest);
   }
 }
 

@@ -22,11 +22,12 @@ const LocalViewParams& validated(const LocalViewParams& params) {
 
 /// All values in 8 bits, column by column.
 std::vector<std::uint8_t> columnBytes(const ViewTemplate& view, const TemplateParams& params) {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(view.values.size());
+  const std::vector<std::uint8_t> by_row = quantised(view.values);
+  std::vector<std::uint8_t> bytes(by_row.size());
   const auto columns = static_cast<std::size_t>(params.x_size);
+  std::uint8_t* next = bytes.data();
   for (std::size_t x = 0; x < columns; ++x) {
-    for (std::size_t i = x; i < view.values.size(); i += columns) bytes.push_back(quantised(view.values[i]));
+    for (std::size_t i = x; i < by_row.size(); i += columns) *next++ = by_row[i];
   }
   return bytes;
 }
@@ -38,18 +39,25 @@ int bandRows(const TemplateParams& params) { return params.y_size / bandCount(pa
 
 /// Means of each column over each band in 8 bits, column by column. An odd row at the bottom is left out.
 std::vector<std::uint8_t> bandMeans(const ViewTemplate& view, const TemplateParams& params) {
-  std::vector<std::uint8_t> means;
   const auto columns = static_cast<std::size_t>(params.x_size);
-  const std::size_t band_values = columns * static_cast<std::size_t>(bandRows(params));
-  for (std::size_t x = 0; x < columns; ++x) {
-    for (int band = 0; band < bandCount(params); ++band) {
-      const std::size_t begin = static_cast<std::size_t>(band) * band_values;
-      double sum = 0.0;
-      for (std::size_t i = begin + x; i < begin + band_values; i += columns) sum += view.values[i];
-      means.push_back(quantised(sum / bandRows(params)));
+  const auto bands = static_cast<std::size_t>(bandCount(params));
+  std::vector<std::uint8_t> means(columns * bands);
+  std::vector<double> sums(columns);
+  const double* row = view.values.data();
+  for (std::size_t band = 0; band < bands; ++band) {
+    std::fill(sums.begin(), sums.end(), 0.0);
+    for (int y = 0; y < bandRows(params); ++y, row += columns) {
+      for (std::size_t x = 0; x < columns; ++x) sums[x] += row[x];
     }
+    for (std::size_t x = 0; x < columns; ++x) means[x * bands + band] = quantised(sums[x] / bandRows(params));
   }
   return means;
+}
+
+std::uint32_t smallestOfGroup(const std::uint32_t* values) {
+  std::uint32_t smallest = values[0];
+  for (std::size_t lane = 1; lane < kGroupLanes; ++lane) smallest = std::min(smallest, values[lane]);
+  return smallest;
 }
 
 /// Sum of what rounding to 8 bits moves the values, in levels and rounded up, with 1 more for sums of
@@ -81,7 +89,8 @@ std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
   const auto id = static_cast<std::uint32_t>(size());
   coarse_.add(bandMeans(learned, params_.view_template));
   fine_.add(columnBytes(learned, params_.view_template));
-  means_.push_back(learned.mean);
+  if (id % kGroupLanes == 0) means_.resize(id + kGroupLanes, std::numeric_limits<double>::infinity());
+  means_[id] = learned.mean;
   rounding_.push_back(roundingOf(learned));
   packed_.emplace_back(learned, params_.view_template);
   return id;
@@ -119,20 +128,20 @@ std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view)
 }
 
 /// Fills coarse_sads_, kNoCandidate where the mean gate excludes a template, and returns the id of the
-/// smallest.
+/// smallest. Loops over the lanes of a group have no branches, so that they become vector instructions.
 std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
   const double gate = params_.meanGate();
-  const auto excluded = [&](std::size_t id) {
-    return id >= means_.size() || std::abs(view_mean - means_[id]) > gate;
-  };
   const auto group_excluded = [&](std::size_t group) {
-    for (std::size_t id = group * kGroupLanes; id < (group + 1) * kGroupLanes; ++id) {
-      if (!excluded(id)) return false;
+    const double* means = means_.data() + group * kGroupLanes;
+    int within = 0;
+    for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
+      within += std::abs(view_mean - means[lane]) <= gate ? 1 : 0;
     }
-    return true;
+    return within == 0;
   };
   const std::size_t groups = coarse_.groupCount();
   coarse_sads_.assign(groups * kGroupLanes, kNoCandidate);
+  std::uint32_t smallest = kNoCandidate;
   std::size_t most_likely = 0;
   for (std::size_t first = 0; first < groups;) {
     if (group_excluded(first)) {
@@ -140,15 +149,22 @@ std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
       continue;
     }
     std::size_t last = first + 1;
-    while (last < groups && !group_excluded(last)) ++last;
+    while (last < groups && last - first < kBatchGroups && !group_excluded(last)) ++last;
     coarse_.smallestSads(first, last, coarse_sads_.data() + first * kGroupLanes);
-    for (std::size_t id = first * kGroupLanes; id < last * kGroupLanes; ++id) {
-      if (excluded(id)) coarse_sads_[id] = kNoCandidate;
-      if (coarse_sads_[id] < coarse_sads_[most_likely]) most_likely = id;
+    for (; first < last; ++first) {
+      const double* means = means_.data() + first * kGroupLanes;
+      std::uint32_t* sads = coarse_sads_.data() + first * kGroupLanes;
+      for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
+        sads[lane] = std::abs(view_mean - means[lane]) <= gate ? sads[lane] : kNoCandidate;
+      }
+      const std::uint32_t of_group = smallestOfGroup(sads);
+      if (of_group >= smallest) continue;
+      smallest = of_group;
+      most_likely =
+          static_cast<std::size_t>(std::find(sads, sads + kGroupLanes, of_group) - coarse_sads_.data());
     }
-    first = last;
   }
-  if (groups == 0 || coarse_sads_[most_likely] == kNoCandidate) return std::nullopt;
+  if (smallest == kNoCandidate) return std::nullopt;
   return most_likely;
 }
 
@@ -174,8 +190,7 @@ void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t v
     }
   };
   const auto group_excluded = [&](std::size_t group) {
-    const auto first = coarse_sads_.begin() + static_cast<std::ptrdiff_t>(group * kGroupLanes);
-    return *std::min_element(first, first + kGroupLanes) > coarse_limit;
+    return smallestOfGroup(coarse_sads_.data() + group * kGroupLanes) > coarse_limit;
   };
   candidates_.clear();
   search_groups(most_likely / kGroupLanes, most_likely / kGroupLanes + 1, false);

@@ -111,9 +111,8 @@ std::vector<double> templateValues(const BlockSums& blocks, double scale, const 
 }
 
 std::vector<std::uint8_t> quantised(const std::vector<double>& values) {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(values.size());
-  for (const double value : values) bytes.push_back(quantised(value));
+  std::vector<std::uint8_t> bytes(values.size());
+  std::transform(values.begin(), values.end(), bytes.begin(), [](double value) { return quantised(value); });
   return bytes;
 }
 

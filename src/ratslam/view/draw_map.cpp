@@ -46,6 +46,17 @@ class Projector {
   double per_metre_ = 1.0;
 };
 
+/// A link. One shorter than a pixel is a dot: large maps have a hundred thousand of them, and as lines they
+/// would hold the caller up.
+void drawLink(cv::Mat& picture, const cv::Point2d& from, const cv::Point2d& to, const cv::Scalar& colour) {
+  if (std::max(std::abs(to.x - from.x), std::abs(to.y - from.y)) >= 1.0) {
+    cv::line(picture, from, to, colour, 2, cv::LINE_AA);
+    return;
+  }
+  const cv::Rect dot(cvFloor(to.x), cvFloor(to.y), 2, 2);
+  picture(dot & cv::Rect({}, picture.size())).setTo(colour);
+}
+
 /// A bar of 1, 2 or 5 times a power of ten metres, at most a quarter of the picture wide.
 void drawScale(cv::Mat& picture, double per_metre) {
   const double longest = picture.cols / 4.0 / per_metre;
@@ -78,8 +89,8 @@ cv::Mat drawMap(const ExperienceGraph& graph, const MapPose& robot, const cv::Si
     for (const Link& link : graph.links()) {
       if (link.recall != recall) continue;
       recalls += recall ? 1 : 0;
-      cv::line(picture, project(graph.pose(link.from)), project(graph.pose(link.to)),
-               recall ? kRecallLink : kDrivenLink, 2, cv::LINE_AA);
+      drawLink(picture, project(graph.pose(link.from)), project(graph.pose(link.to)),
+               recall ? kRecallLink : kDrivenLink);
     }
   }
   drawRobot(picture, project(robot), robot.yaw);

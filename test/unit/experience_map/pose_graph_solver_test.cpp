@@ -5,9 +5,8 @@
 
 #include <limits>
 
-#include "oracle/experience_map_drive.h"
+#include "oracle/driven_pose_graph.h"
 #include "oracle/experience_map_oracle.h"
-#include "ratslam/experience_map/pose_graph_map.h"
 
 namespace ratslam {
 namespace {

@@ -1,0 +1,192 @@
+"""benchmark: builds and runs the benchmark programs and sets their figures beside those that are to be
+reached. Each program measures a plain implementation of the model and ours in one run: times drift with the
+machine and its load, their ratio hardly does.
+"""
+
+import argparse
+import dataclasses
+import json
+import os
+import subprocess
+from typing import Dict, List, Optional
+
+from ratslam_tools.errors import InputError
+from ratslam_tools.table import format_table
+
+SOURCES = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
+HEAD = ["case", "time", "oracle", "ratio", "bar", "OpenRatSLAM", "times OpenRatSLAM"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """One line of the table."""
+
+    name: str  # of the benchmark, up to what google-benchmark appends
+    label: str
+    bar_ratio: Optional[float] = None  # least oracle's time / ours
+    bar_ms: Optional[float] = None  # greatest time
+    openratslam_ms: Optional[float] = None  # of OpenRatSLAM's own code on a machine of this kind
+    time: str = "ours_ms"  # the counter that holds our time
+
+
+def _sizes(name, label, bars, openratslam, **other) -> List[Case]:
+    """A case for 1 k, 5 k and 20 k templates or experiences."""
+    return [
+        Case(f"{name}/{1000 * size}", f"{label} {size} k", bar, openratslam_ms=reference, **other)
+        for size, bar, reference in zip((1, 5, 20), bars, openratslam)
+    ]
+
+
+CASES = [
+    *_sizes("newViewAmongRandomTemplates", "view search, new view,", [100] * 3, (3.43, 16.9, 66.7)),
+    *_sizes(
+        "revisitedViewAmongRandomTemplates", "view search, revisited view,", [100] * 3, (1.77, 8.6, 38.7)
+    ),
+    Case("millionRealisticTemplates/revisited:0", "view search, new view, 1 M realistic", bar_ms=50),
+    Case("millionRealisticTemplates/revisited:1", "view search, revisited view, 1 M realistic", bar_ms=50),
+    Case("packetStep/n_xy:30", "attractor 30x30x36, one packet", 20, openratslam_ms=0.71),
+    Case("allLitStep/n_xy:30", "attractor 30x30x36, all cells lit", 50, openratslam_ms=10.7),
+    Case("packetStep/n_xy:61", "attractor 61x61x36, one packet", 50, openratslam_ms=2.34),
+    Case("allLitStep/n_xy:61", "attractor 61x61x36, all cells lit", 50, openratslam_ms=46.3),
+    *_sizes("defaultUpdate", "map update, default map,", (None, None, 50), (0.49, 2.50, 10.0)),
+    *_sizes("referenceUpdate", "map update, reference arithmetic,", [2] * 3, (0.49, 2.50, 10.0)),
+    Case("growth/1000", "map growth without recalls, from 1 k on"),
+    Case("growth/20000", "map growth without recalls, from 20 k on"),
+    Case("closure/20000", "map, longest update after a closure over 20 k", bar_ms=50, time="max_ms"),
+    Case("mapMessage/100000", "map message of 100 k experiences"),
+    Case("markerMessage/100000", "map marker of 100 k experiences"),
+    Case("mapPicture/100000", "map picture of 100 k experiences"),
+]
+
+_MILLISECONDS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
+
+
+def find(benchmarks: List[Dict], name: str) -> Optional[Dict]:
+    """The measurement of this name; google-benchmark appends its settings after a slash."""
+    for measured in benchmarks:
+        if measured["name"] == name or measured["name"].startswith(name + "/"):
+            return measured
+    return None
+
+
+def time_ms(case: Case, measured: Dict) -> float:
+    """The counter that holds the time, else the CPU time that google-benchmark took itself."""
+    if case.time in measured:
+        return measured[case.time]
+    return measured["cpu_time"] * _MILLISECONDS[measured["time_unit"]]
+
+
+def make_rows(benchmarks: List[Dict]) -> List[Dict]:
+    """The table's lines as numbers, for the cases that were measured. `met` is None without a bar."""
+    rows = []
+    for case in CASES:
+        measured = find(benchmarks, case.name)
+        if measured is None or measured.get("error_occurred"):
+            continue
+        ours = time_ms(case, measured)
+        row = {"case": case.label, "ms": ours, "oracle_ms": measured.get("oracle_ms")}
+        row["ratio"] = measured.get("ratio")
+        row.update(bar_ratio=case.bar_ratio, bar_ms=case.bar_ms, openratslam_ms=case.openratslam_ms, met=None)
+        row["times_openratslam"] = case.openratslam_ms / ours if case.openratslam_ms else None
+        if case.bar_ratio is not None:
+            row["met"] = row["ratio"] >= case.bar_ratio
+        elif case.bar_ms is not None:
+            row["met"] = ours <= case.bar_ms
+        rows.append(row)
+    return rows
+
+
+def _milliseconds(value: Optional[float]) -> str:
+    return "" if value is None else f"{value:.3g} ms"
+
+
+def _times(value: Optional[float]) -> str:
+    return "" if value is None else f"{value:.3g}x"
+
+
+def _bar(row: Dict) -> str:
+    text = _times(row["bar_ratio"]) or _milliseconds(row["bar_ms"])
+    return text if row["met"] is None else f"{text} {'met' if row['met'] else 'MISSED'}"
+
+
+def make_table(rows: List[Dict]) -> str:
+    """The lines as text."""
+    text = [
+        [
+            row["case"],
+            _milliseconds(row["ms"]),
+            _milliseconds(row["oracle_ms"]),
+            _times(row["ratio"]),
+            _bar(row),
+            _milliseconds(row["openratslam_ms"]),
+            _times(row["times_openratslam"]),
+        ]
+        for row in rows
+    ]
+    return format_table([HEAD, *text])
+
+
+def build(folder: str) -> None:
+    """Configures and builds the benchmark programs only. @raise InputError where that fails."""
+    configure = ["cmake", "-S", SOURCES, "-B", folder, "-DRATSLAM_BENCHMARKS=ON"]
+    if not os.path.exists(os.path.join(folder, "CMakeCache.txt")):
+        configure += ["-DRATSLAM_TESTS=OFF"]
+        configure += ["-DPYTHON_EXECUTABLE=/usr/bin/python3", "-DPython3_EXECUTABLE=/usr/bin/python3"]
+    parallel = f"-j{os.cpu_count()}"
+    for command in (configure, ["cmake", "--build", folder, parallel, "--target", "benchmarks"]):
+        if subprocess.run(command, stdout=subprocess.DEVNULL).returncode != 0:
+            raise InputError(f"{' '.join(command)}: failed; see above")
+
+
+def programs(folder: str, only: List[str]) -> List[str]:
+    """The benchmark programs. @param only parts of their names, one of which must occur; empty: all."""
+    names = sorted(name for name in os.listdir(folder) if name.endswith("_benchmark"))
+    chosen = [name for name in names if not only or any(part in name for part in only)]
+    if not chosen:
+        found = ", ".join(names) or "no benchmark programs"
+        raise InputError(f"--only {' '.join(only)}: {folder} has {found}")
+    return [os.path.join(folder, name) for name in chosen]
+
+
+def run(program: str) -> Dict:
+    """What one program measured. @raise InputError where it fails."""
+    done = subprocess.run([program, "--benchmark_format=json"], stdout=subprocess.PIPE, cwd=SOURCES)
+    if done.returncode != 0:
+        raise InputError(f"{program}: ended with status {done.returncode}")
+    return json.loads(done.stdout)
+
+
+def parse(argv):
+    parser = argparse.ArgumentParser(prog="benchmark", description=__doc__)
+    build_folder = os.path.join(SOURCES, "build")
+    parser.add_argument("--build", default=build_folder, help="build folder (default: build)")
+    parser.add_argument("--no-build", action="store_true", help="run the programs as they are")
+    parser.add_argument(
+        "--out",
+        default=os.path.join(SOURCES, "out", "benchmark", "benchmark.json"),
+        help="where the figures go as JSON (default: out/benchmark/benchmark.json)",
+    )
+    parser.add_argument(
+        "--only", nargs="+", default=[], metavar="PART", help="programs whose names hold one of these"
+    )
+    return parser.parse_args(argv)
+
+
+def main(argv=None) -> None:
+    options = parse(argv)
+    if not options.no_build:
+        build(options.build)
+    if not os.path.isdir(options.build):
+        raise InputError(f"--build {options.build}: there is no such folder")
+    measured = []
+    context = {}
+    for program in programs(options.build, options.only):
+        print(f"{os.path.basename(program)} ...", flush=True)
+        result = run(program)
+        context = result["context"]
+        measured += result["benchmarks"]
+    rows = make_rows(measured)
+    os.makedirs(os.path.dirname(os.path.abspath(options.out)), exist_ok=True)
+    with open(options.out, "w") as file:
+        json.dump({"context": context, "table": rows, "benchmarks": measured}, file, indent=2)
+    print(f"\n{make_table(rows)}\n\n{options.out}")
