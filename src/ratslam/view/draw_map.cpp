@@ -46,6 +46,12 @@ class Projector {
   double per_metre_ = 1.0;
 };
 
+/// A place in fractions of a pixel: links are often shorter than one, and rounded they look like beads.
+constexpr int kFineBits = 4;
+cv::Point fine(const cv::Point2d& place) {
+  return {cvRound(place.x * (1 << kFineBits)), cvRound(place.y * (1 << kFineBits))};
+}
+
 /// A bar of 1, 2 or 5 times a power of ten metres, at most a quarter of the picture wide.
 void drawScale(cv::Mat& picture, double per_metre) {
   const double longest = picture.cols / 4.0 / per_metre;
@@ -78,8 +84,8 @@ cv::Mat drawMap(const ExperienceGraph& graph, const MapPose& robot, const cv::Si
     for (const Link& link : graph.links()) {
       if (link.recall != recall) continue;
       recalls += recall ? 1 : 0;
-      cv::line(picture, project(graph.pose(link.from)), project(graph.pose(link.to)),
-               recall ? kRecallLink : kDrivenLink, 2, cv::LINE_AA);
+      cv::line(picture, fine(project(graph.pose(link.from))), fine(project(graph.pose(link.to))),
+               recall ? kRecallLink : kDrivenLink, 2, cv::LINE_AA, kFineBits);
     }
   }
   drawRobot(picture, project(robot), robot.yaw);
