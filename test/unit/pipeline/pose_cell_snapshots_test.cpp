@@ -22,7 +22,7 @@ std::string fileOf(const SnapshotMoments& moments) {
   PoseCellSnapshots snapshots(moments);
   for (int frame = 0; frame < kFrames; ++frame) {
     OdometrySample sample;
-    sample.stamp = 5000000000 + frame * 100000000;
+    sample.stamp = 5000000000 + frame * Stamp{100000000};
     sample.speed = 5.0;
     snapshots.follow(pipeline.addOdometry(sample), pipeline.poseCells().cells());
     const cv::Mat image(10, 10, CV_8UC1, cv::Scalar(8 * frame));

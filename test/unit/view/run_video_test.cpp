@@ -33,7 +33,7 @@ void drive(Visitor see) {
   Pipeline pipeline(params, {});
   for (int frame = 0; frame < kFrames; ++frame) {
     OdometrySample sample;
-    sample.stamp = frame * 100000000;
+    sample.stamp = frame * Stamp{100000000};
     sample.speed = 10.0;
     pipeline.addOdometry(sample);
     see(pipeline, pipeline.addImage(sample.stamp, image(frame)), image(frame));
