@@ -11,7 +11,6 @@ cells' size.
 
 import argparse
 import os
-import shutil
 from dataclasses import dataclass
 
 from ratslam_tools import (
@@ -85,24 +84,21 @@ class Reproduction:
             )
         self.truth = truth.read_truth(folder)
 
-    def words(self, system: System, settings, out: str):
+    def words(self, system: System, settings, out: str, odometry: str):
         """The command line of one run of a system."""
         config = runner.find_config(system.config, self.arguments.config_dir)
         return runner.command(
-            self.program, self.folder, config, out, settings, system.odometry, self.arguments.max_frames
+            self.program, self.folder, config, out, settings, odometry, self.arguments.max_frames
         )
+
+    def folder_of(self, system: System) -> str:
+        """The run of a system as it is configured; made where it is not there yet."""
+        out = os.path.join(self.out, system.name)
+        return runner.run_once(self.words(system, {}, out, system.odometry), out)
 
     def run(self, system: System) -> dict:
         """Runs a system, unless the same command has finished before, and evaluates its final trajectory."""
-        out = os.path.join(self.out, system.name)
-        words = self.words(system, {}, out)
-        done = os.path.join(out, "command.json")
-        if not os.path.isfile(done) or run_folder.read_json(done).get("command") != words:
-            shutil.rmtree(out, ignore_errors=True)
-            os.makedirs(out)
-            runner.Runner().run(words)
-            evaluation.write_json(done, {"command": words})
-        final = run_folder.Run(out).final
+        final = run_folder.Run(self.folder_of(system)).final
         final.name = system.title
         settings = comparison.Settings(align=True, correct_scale=True, ref_frame="base", est_frame="base")
         return {
@@ -113,8 +109,11 @@ class Reproduction:
     def sweep(self, system: System, figure: str, key: str, values) -> None:
         """The figure of mean APE over one parameter."""
         folder = os.path.join(self.out, f"sweep_{system.name}_{key}")
+        odometry = system.odometry
+        if runner.odometry_can_be_shared(odometry, [key]):
+            odometry = os.path.join(self.folder_of(system), "odometry.csv")
         points, found, failures = sweep.execute(
-            lambda settings, out: self.words(system, settings, out),
+            lambda settings, out: self.words(system, settings, out, odometry),
             [(key, values)],
             folder,
             self.truth,

@@ -6,6 +6,7 @@ import subprocess
 import threading
 from typing import Dict, List, Optional
 
+from ratslam_tools import evaluation, run_folder
 from ratslam_tools.errors import InputError
 
 PROGRAM = "ratslam_run"
@@ -70,6 +71,31 @@ def command(
     for key, value in (settings or {}).items():
         words += ["--set", f"{key}={value}"]
     return words
+
+
+def run_once(words: List[str], folder: str) -> str:
+    """Runs a command that leaves `folder`, unless the same command has left it before; returns the folder.
+
+    @throws InputError as Runner.run.
+    """
+    done = os.path.join(folder, "command.json")
+    if not os.path.isfile(done) or run_folder.read_json(done).get("command") != words:
+        shutil.rmtree(folder, ignore_errors=True)
+        os.makedirs(folder)
+        Runner().run(words)
+        evaluation.write_json(done, {"command": words})
+    return folder
+
+
+# Parameters of the models behind the odometry; whatever else is varied may change the odometry itself.
+BEHIND_ODOMETRY = ("pc_", "vt_", "exp_", "template_", "image_crop_")
+
+
+def odometry_can_be_shared(odometry: Optional[str], keys) -> bool:
+    """Whether runs that differ in `keys` alone have the same odometry, and it is costly enough to be computed
+    only once: one run from images, the others from the odometry.csv it leaves, with the same results.
+    """
+    return odometry == "orb" and all(key.startswith(BEHIND_ODOMETRY) for key in keys)
 
 
 class Runner:

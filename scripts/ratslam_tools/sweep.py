@@ -249,6 +249,7 @@ def main(argv=None) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Runs ratslam_run over a grid of parameters; writes sweep.csv and the mean APE over "
         "each parameter. "
+        "ORB odometry is computed once where no varied parameter can change it. "
         "Started again after an interruption, it computes only what is missing.",
         epilog="examples:\n  sweep dataset/sequences/00 --config config/kitti.yaml --truth "
         "dataset/sequences/00 \\\n"
@@ -283,19 +284,25 @@ def main(argv=None) -> None:
     varied = [parse_vary(text) for text in arguments.vary]
     known = truth.read_truth(arguments.truth, arguments.times)
 
-    def words_of(settings, folder):
+    def words_of(settings, folder, odometry):
         return runner.command(
-            program,
-            arguments.input,
-            arguments.config,
-            folder,
-            settings,
-            arguments.odometry,
-            arguments.max_frames,
+            program, arguments.input, arguments.config, folder, settings, odometry, arguments.max_frames
         )
 
+    odometry = arguments.odometry
+    if runner.odometry_can_be_shared(odometry, [key for key, _ in varied]):
+        folder = os.path.join(arguments.out, "odometry")
+        runner.run_once(words_of({}, folder, odometry), folder)
+        odometry = os.path.join(folder, "odometry.csv")
+
     points, found, failures = execute(
-        words_of, varied, arguments.out, known, arguments.t_max_diff, arguments.jobs, arguments.keep
+        lambda settings, folder: words_of(settings, folder, odometry),
+        varied,
+        arguments.out,
+        known,
+        arguments.t_max_diff,
+        arguments.jobs,
+        arguments.keep,
     )
     best = min(found, key=lambda index: found[index]["final"]["mean"])
     figures = found[best]["final"]

@@ -249,6 +249,16 @@ def test_sweep_finds_the_optimum_and_does_not_repeat_itself(program, tmp_path, c
     assert len(calls(program)) == 9
 
 
+@pytest.mark.parametrize("key, runs_from_images", [("pc_vt_inject_energy", 1), ("camera_height", 2)])
+def test_sweep_computes_orb_odometry_once_where_nothing_varied_can_change_it(
+    program, tmp_path, key, runs_from_images
+):
+    sweep.main(sweep_words(program, tmp_path, f"{key}=0.1,0.2") + ["--odometry", "orb"])
+    assert sum("--odometry orb" in call for call in calls(program)) == runs_from_images
+    from_file = f"--odometry {tmp_path / 'out' / 'odometry' / 'odometry.csv'}"
+    assert sum(from_file in call for call in calls(program)) == (2 if runs_from_images == 1 else 0)
+
+
 def test_sweep_goes_on_after_failures_and_says_so(program, tmp_path):
     with pytest.raises(InputError, match="1 of 2 runs failed.*fail: 1 is not allowed: 0"):
         sweep.main(sweep_words(program, tmp_path, "fail=0,1"))
@@ -309,7 +319,9 @@ def test_paper_table_and_figures(program, tmp_path, drive, capsys):
     assert "42.17" in table and "39.81" in table and "coverage" in table
     for name in ("table.txt", "fig5_00.png", "fig6_00_orb.png", "fig7_00_orb.png"):
         assert (tmp_path / "paper" / name).exists()
-    assert sum("--odometry orb" in call for call in calls(program)) == 5
+    assert sum("--odometry orb" in call for call in calls(program)) == 1
+    shared = os.path.join("00", "orb", "odometry.csv")
+    assert sum(f"{shared} " in call for call in calls(program)) == 4, "the odometry is computed once"
     assert sum("--odometry profile" in call for call in calls(program)) == 1
     paper.main(words)
     assert len(calls(program)) == 6

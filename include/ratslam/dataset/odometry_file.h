@@ -11,8 +11,14 @@
 namespace ratslam {
 
 /// Odometry from a CSV file with the columns frame,stamp,linear_x,angular_z (names in the first line; more
-/// columns and any order of them are fine). @throws std::runtime_error naming file, line and reason
+/// columns and any order of them are fine) and, where the odometry knows its pose, the 3x4 matrix [R|t] of
+/// it: r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z (all or none). @throws std::runtime_error naming file, line
+/// and reason
 std::vector<OdometrySample> readOdometryCsv(const std::string& path);
+
+/// Writes what readOdometryCsv reads, such that reading it back gives the same bits; poses where all samples
+/// have one. @throws std::runtime_error naming the file where it cannot be written
+void writeOdometryCsv(const std::string& path, const std::vector<OdometrySample>& samples);
 
 /// A recording with odometry of its own laid into it by stamp; what the recording itself has of odometry is
 /// left out. At one stamp the odometry comes first.

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,10 @@ struct StampedPose3 {
 
 /// A stamp as seconds with nine decimals, exactly.
 std::string formatStamp(Stamp stamp);
+/// The stamp of a time in seconds: what formatStamp wrote, to the last nanosecond; more digits are rounded,
+/// and other ways to write a number taken as far as a double goes. @return none where the text is not one
+/// finite number
+std::optional<Stamp> parseStamp(const std::string& text);
 
 /// @throws std::runtime_error naming the file where it cannot be written
 void writeTum(const std::string& path, const std::vector<StampedPose3>& trajectory);

@@ -74,7 +74,7 @@ class Pipeline {
  public:
   /// What one image, or one sample of odometry, has set in motion.
   struct Progress {
-    std::vector<OdometrySample> odometry;     ///< samples made from the image
+    std::vector<OdometrySample> odometry;     ///< made from the image, or accepted from outside
     std::vector<ViewEvent> views;             ///< view events of the image
     std::vector<PoseCellDecision> decisions;  ///< that have become possible, oldest first
     std::vector<Stamp> mapped;                ///< stamps up to which the map has got, oldest first
@@ -99,7 +99,7 @@ class Pipeline {
 
  private:
   ViewEvent observe(Stamp stamp, const cv::Mat& image);
-  void feedOdometry(const OdometrySample& sample);
+  bool feedOdometry(const OdometrySample& sample);
   void drain(Progress& progress);
 
   OdometrySource odometry_;

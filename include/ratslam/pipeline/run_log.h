@@ -2,7 +2,9 @@
 ///
 ///     trajectory_online.tum  poses as they were known at the time
 ///     trajectory_final.tum   the path as the finished map sees it
-///     trajectory_odometry.tum  the visual odometry alone
+///     trajectory_odometry.tum  the odometry alone, where it knows its pose
+///     odometry.csv           the odometry as odometry_file.h reads it: a run that takes it from there is the
+///                            same
 ///     map.yaml               experiences and links
 ///     templates.csv          stamp,template_id,error,relative_rad          a line a view event
 ///     actions.csv            stamp,action,src_id,dest_id,x,y,th            a line a decision, pose cells in
@@ -38,7 +40,7 @@ class RunLog {
   std::string folder_;
   std::ofstream templates_;
   std::ofstream actions_;
-  std::vector<StampedPose3> odometry_;
+  std::vector<OdometrySample> odometry_;
   std::size_t frames_ = 0;
 };
 

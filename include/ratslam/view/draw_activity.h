@@ -2,7 +2,7 @@
 /// best estimate through them (Malichev & Yakhno 2024, Fig. 4).
 ///
 /// The plane (x to the right, y up) lies at the upper left, heading over x below it, heading over y at its
-/// right.
+/// right, each square; the estimate in numbers [cells, degrees] in the corner that is left.
 #pragma once
 
 #include <deque>

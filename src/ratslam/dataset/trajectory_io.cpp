@@ -1,11 +1,14 @@
 #include "ratslam/dataset/trajectory_io.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+
+#include "ratslam/dataset/csv.h"
 
 namespace ratslam {
 namespace {
@@ -29,6 +32,26 @@ std::string formatStamp(Stamp stamp) {
   std::snprintf(text, sizeof text, "%s%lld.%09lld", negative ? "-" : "",
                 static_cast<long long>(magnitude / billion), static_cast<long long>(magnitude % billion));
   return text;
+}
+
+std::optional<Stamp> parseStamp(const std::string& text) {
+  constexpr std::size_t kDecimals = 9;
+  const bool negative = !text.empty() && text.front() == '-';
+  const std::string digits = text.substr(negative ? 1 : 0);
+  const std::size_t point = std::min(digits.find('.'), digits.size());
+  std::string whole = digits.substr(0, point);
+  std::string decimals = point < digits.size() ? digits.substr(point + 1) : "";
+  const bool plain = !whole.empty() && whole.size() <= 9 + 1 &&
+                     (whole + decimals).find_first_not_of("0123456789") == std::string::npos;
+  if (!plain) {
+    double seconds = 0.0;
+    if (!parseNumber(text, seconds) || std::abs(seconds) > 9e9) return std::nullopt;
+    return stampFromSeconds(seconds);
+  }
+  const bool round_up = decimals.size() > kDecimals && decimals[kDecimals] >= '5';
+  decimals.resize(kDecimals, '0');
+  const Stamp magnitude = std::stoll(whole + decimals) + (round_up ? 1 : 0);
+  return negative ? -magnitude : magnitude;
 }
 
 void writeTum(const std::string& path, const std::vector<StampedPose3>& trajectory) {

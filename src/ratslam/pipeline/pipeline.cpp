@@ -93,15 +93,17 @@ Pipeline::Progress Pipeline::addImage(Stamp stamp, const cv::Mat& image) {
 
 Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
   Progress progress;
-  feedOdometry(sample);
+  if (feedOdometry(sample)) progress.odometry.push_back(sample);
   drain(progress);
   return progress;
 }
 
-void Pipeline::feedOdometry(const OdometrySample& sample) {
+bool Pipeline::feedOdometry(const OdometrySample& sample) {
   const SampleVerdict verdict = pose_cells_.addOdometry(sample);
   map_.addOdometry(sample);
-  if (verdict == SampleVerdict::kNotFinite || verdict == SampleVerdict::kRepeatedStamp) ++dropped_odometry_;
+  const bool dropped = verdict == SampleVerdict::kNotFinite || verdict == SampleVerdict::kRepeatedStamp;
+  if (dropped) ++dropped_odometry_;
+  return !dropped;
 }
 
 void Pipeline::drain(Progress& progress) {

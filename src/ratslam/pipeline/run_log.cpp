@@ -4,6 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "ratslam/dataset/odometry_file.h"
 #include "ratslam/experience_map/map_file.h"
 #include "ratslam/version.h"
 
@@ -20,6 +21,14 @@ std::ofstream open(const std::string& path) {
 void requireWritten(std::ofstream& file, const std::string& path) {
   file.flush();
   if (!file) throw std::runtime_error(path + ": cannot write this file");
+}
+
+std::vector<StampedPose3> posesOf(const std::vector<OdometrySample>& samples) {
+  std::vector<StampedPose3> poses;
+  for (const OdometrySample& sample : samples) {
+    if (sample.pose) poses.push_back({sample.stamp, *sample.pose});
+  }
+  return poses;
 }
 
 /// Writes one JSON value a call, in the struct's order.
@@ -82,9 +91,7 @@ RunLog::RunLog(const std::string& folder) : folder_(folder) {
 
 void RunLog::append(const Pipeline::Progress& progress) {
   frames_ += progress.views.size();
-  for (const OdometrySample& sample : progress.odometry) {
-    if (sample.pose) odometry_.push_back({sample.stamp, *sample.pose});
-  }
+  odometry_.insert(odometry_.end(), progress.odometry.begin(), progress.odometry.end());
   for (const ViewEvent& view : progress.views) {
     templates_ << formatStamp(view.stamp) << ',' << view.id << ',' << view.error << ',' << view.relative_rad
                << '\n';
@@ -101,7 +108,9 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
                     const std::map<std::string, double>& counts) {
   requireWritten(templates_, folder_ + "/templates.csv");
   requireWritten(actions_, folder_ + "/actions.csv");
-  if (!odometry_.empty()) writeTum(folder_ + "/trajectory_odometry.tum", odometry_);
+  writeOdometryCsv(folder_ + "/odometry.csv", odometry_);
+  const std::vector<StampedPose3> odometry_poses = posesOf(odometry_);
+  if (!odometry_poses.empty()) writeTum(folder_ + "/trajectory_odometry.tum", odometry_poses);
   writeTum(folder_ + "/trajectory_online.tum", toPoses3(pipeline.map().onlineTrajectory()));
   writeTum(folder_ + "/trajectory_final.tum", toPoses3(pipeline.map().finalTrajectory()));
   std::ofstream map = open(folder_ + "/map.yaml");

@@ -178,7 +178,7 @@ class RecorderSink : public TownSink {
     truth_ = std::make_unique<TextFile>(fs::path(options_.out) / "truth.tum");
     const TownCamera camera = options_.camera();
     TextFile calibration(fs::path(options_.out) / "calibration.yaml");
-    calibration << "width: " << camera.width << "\nheight: " << camera.height << "\n";
+    calibration << "image_width: " << camera.width << "\nimage_height: " << camera.height << "\n";
     constexpr std::array<const char*, 9> kKeys{"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
     std::vector<double> values{camera.fx, camera.fy, camera.cx, camera.cy};
     values.insert(values.end(), camera.distortion.begin(), camera.distortion.end());

@@ -8,7 +8,7 @@ namespace ratslam {
 namespace {
 
 constexpr int kLeftWidth = kCompositeWidth / 2;
-constexpr int kUpperHeight = kCompositeHeight * 55 / 100;
+constexpr int kUpperHeight = kCompositeHeight * 2 / 5;
 
 void put(cv::Mat& picture, const cv::Mat& part, const cv::Rect& place) {
   if (part.empty()) return;

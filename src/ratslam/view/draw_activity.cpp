@@ -1,6 +1,8 @@
 #include "ratslam/view/draw_activity.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
@@ -82,8 +84,11 @@ void ActivityTrail::add(const PoseCellEstimate& estimate) {
 cv::Mat drawActivity(const ActivityGrid& activity, const ActivityTrail& trail, const cv::Size& size) {
   constexpr int kGap = 4;
   cv::Mat picture(size, CV_8UC3, kPaper);
-  const cv::Size panel((size.width - kGap) / 2, (size.height - kGap) / 2);
-  const cv::Point places[3] = {{0, 0}, {panel.width + kGap, 0}, {0, panel.height + kGap}};
+  const int side = std::max((std::min(size.width, size.height) - kGap) / 2, 1);
+  const cv::Size panel(side, side);
+  const cv::Point corner((size.width - 2 * side - kGap) / 2, (size.height - 2 * side - kGap) / 2);
+  const cv::Point places[3] = {corner, corner + cv::Point(side + kGap, 0),
+                               corner + cv::Point(0, side + kGap)};
   const std::vector<Projection> projections = projectionsOf(activity);
   for (std::size_t i = 0; i < projections.size(); ++i) {
     cv::Mat part;
@@ -91,6 +96,13 @@ cv::Mat drawActivity(const ActivityGrid& activity, const ActivityTrail& trail, c
     drawTrail(part, projections[i], trail);
     label(part, {4, 4}, projections[i].name);
     part.copyTo(picture(cv::Rect(places[i], panel)));
+  }
+  if (!trail.estimates().empty()) {
+    const PoseCellEstimate& now = trail.estimates().back();
+    char text[64];
+    std::snprintf(text, sizeof(text), "x %.1f  y %.1f  %.0f deg", now.x, now.y,
+                  360.0 * now.th / activity.nTh());
+    label(picture, corner + cv::Point(side + kGap + 4, side + kGap + 4), text);
   }
   return picture;
 }

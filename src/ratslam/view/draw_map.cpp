@@ -46,11 +46,17 @@ class Projector {
   double per_metre_ = 1.0;
 };
 
+/// A place in fractions of a pixel: links are often little longer than one, and rounded they look like beads.
+constexpr int kFineBits = 4;
+cv::Point fine(const cv::Point2d& place) {
+  return {cvRound(place.x * (1 << kFineBits)), cvRound(place.y * (1 << kFineBits))};
+}
+
 /// A link. One shorter than a pixel is a dot: large maps have a hundred thousand of them, and as lines they
 /// would hold the caller up.
 void drawLink(cv::Mat& picture, const cv::Point2d& from, const cv::Point2d& to, const cv::Scalar& colour) {
   if (std::max(std::abs(to.x - from.x), std::abs(to.y - from.y)) >= 1.0) {
-    cv::line(picture, from, to, colour, 2, cv::LINE_AA);
+    cv::line(picture, fine(from), fine(to), colour, 2, cv::LINE_AA, kFineBits);
     return;
   }
   const cv::Rect dot(cvFloor(to.x), cvFloor(to.y), 2, 2);

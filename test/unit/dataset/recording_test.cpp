@@ -157,6 +157,37 @@ TEST_F(DatasetTest, FaultyOdometryFilesAreNamed) {
   write("c.csv", "stamp,linear_x,angular_z\n1,1,0\n1,1,0\n");
   EXPECT_NE(complaint([&] { readOdometryCsv(path("c.csv")); }).find("c.csv:3: stamps must rise"),
             std::string::npos);
+  write("d.csv", "stamp,linear_x,angular_z,r11,r12\n1,1,0,1,0\n");
+  EXPECT_NE(complaint([&] { readOdometryCsv(path("d.csv")); }).find("no column named r13"),
+            std::string::npos);
+}
+
+TEST_F(DatasetTest, OdometryComesBackToTheLastBitAndNanosecond) {
+  std::vector<OdometrySample> samples(3);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double number = static_cast<double>(i);
+    samples[i].stamp = 1669759744666123457 + static_cast<Stamp>(i) * 100000001;
+    samples[i].speed = number / 3.0;
+    samples[i].yaw_rate = -0.1 * number;
+    samples[i].pose =
+        Eigen::Translation3d(0.1 * number, 1.0 / 3.0, -7e-9) *
+        Eigen::Isometry3d(Eigen::AngleAxisd(0.3 * number, Eigen::Vector3d(1, 2, 3).normalized()));
+  }
+  for (const bool with_poses : {true, false}) {
+    if (!with_poses) samples[1].pose.reset();
+    writeOdometryCsv(path("odometry.csv"), samples);
+    const auto back = readOdometryCsv(path("odometry.csv"));
+    ASSERT_EQ(back.size(), samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      EXPECT_EQ(back[i].stamp, samples[i].stamp);
+      EXPECT_EQ(back[i].speed, samples[i].speed);
+      EXPECT_EQ(back[i].yaw_rate, samples[i].yaw_rate);
+      ASSERT_EQ(back[i].pose.has_value(), with_poses);
+      if (with_poses) {
+        EXPECT_EQ(back[i].pose->matrix(), samples[i].pose->matrix());
+      }
+    }
+  }
 }
 
 TEST_F(DatasetTest, KittiPosesComeBackToTheLastBit) {
@@ -178,6 +209,19 @@ TEST(FormatStamp, KeepsEveryNanosecond) {
   EXPECT_EQ(formatStamp(1669759744666123457), "1669759744.666123457");
   EXPECT_EQ(formatStamp(5), "0.000000005");
   EXPECT_EQ(formatStamp(-1500000000), "-1.500000000");
+}
+
+TEST(ParseStamp, IsTheInverseAndTakesEveryWayToWriteANumber) {
+  for (const Stamp stamp : {Stamp{1669759744666123457}, Stamp{5}, Stamp{0}, Stamp{-1500000000}}) {
+    EXPECT_EQ(parseStamp(formatStamp(stamp)), stamp);
+  }
+  EXPECT_EQ(parseStamp("1.0367e-01"), 103670000);
+  EXPECT_EQ(parseStamp("0.10367000000000001"), 103670000);
+  EXPECT_EQ(parseStamp("0.9999999996"), 1000000000);
+  EXPECT_EQ(parseStamp("17"), 17000000000);
+  for (const char* text : {"", "-", "soon", "1.2.3", "nan", "1e300"}) {
+    EXPECT_FALSE(parseStamp(text).has_value()) << text;
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "ratslam/dataset/odometry_file.h"
 #include "ratslam/pipeline/run_log.h"
 
 namespace ratslam {
@@ -162,6 +163,26 @@ TEST(Pipeline, ALoopedRecordingKeepsTheMapAndLinksNothingAcrossTheJump) {
     const MapPose& b = experiences[link.to].pose;
     EXPECT_NEAR(std::hypot(b.x - a.x, b.y - a.y), link.distance, 3.0) << link.from << " -> " << link.to;
   }
+}
+
+TEST(RunLog, ARunFromTheOdometryOfAnEarlierOneIsTheSame) {
+  const auto folder = std::filesystem::temp_directory_path() / "run_log_odometry_test";
+  std::filesystem::remove_all(folder);
+  PipelineParams with_height = params();
+  with_height.experience_map.exp_height = true;  // the map then takes displacements from the poses
+  Pipeline first(with_height, profileOdometry(with_height));
+  RunLog log(folder.string());
+  for (int frame = 0; frame < kFrames; ++frame) log.append(first.addImage(frame * kTenth, view(frame)));
+  log.finish(first, with_height, {});
+  const auto samples = readOdometryCsv((folder / "odometry.csv").string());
+  ASSERT_EQ(samples.size(), static_cast<std::size_t>(kFrames));
+  Pipeline second(with_height, {});
+  for (int frame = 0; frame < kFrames; ++frame) {
+    second.addOdometry(samples[static_cast<std::size_t>(frame)]);
+    second.addImage(frame * kTenth, view(frame));
+  }
+  EXPECT_EQ(describe(second.map()), describe(first.map()));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(PipelineParams, EveryModelsKeysAreKnownOnce) {

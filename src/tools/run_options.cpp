@@ -1,0 +1,102 @@
+#include "run_options.h"
+
+#include <boost/program_options.hpp>
+#include <iostream>
+#include <stdexcept>
+
+#include "ratslam_ros/node_parameters.h"
+
+namespace ratslam {
+namespace {
+
+namespace po = boost::program_options;
+
+const char kUsage[] =
+    "Usage: ratslam_run INPUT --config FILE --out DIR [options]\n"
+    "INPUT is a bag, a KITTI sequence folder (image_0/, times.txt, calib.txt) or an Android recorder's "
+    "folder.\n"
+    "Example: ratslam_run kitti/sequences/00 --config config/kitti.yaml --out out/00 --set exp_loops=10\n";
+
+/// Prints the table of docs/parameters.md.
+void listParameters() {
+  std::cout << "| key | default | meaning |\n|---|---|---|\n";
+  PipelineParams().visitFields(
+      [](const std::string& key, const auto& value, const Bounds&, const char* meaning) {
+        std::cout << "| `" << key << "` | ";
+        using Value = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<Value, bool>) {
+          std::cout << (value ? "true" : "false");
+        } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+          std::cout << "[]";
+        } else {
+          std::cout << value;
+        }
+        std::cout << " | " << meaning << " |\n";
+      });
+}
+
+po::options_description describe(RunOptions& options) {
+  po::options_description visible("Options");
+  const auto add = [&visible](const char* name, const po::value_semantic* value, const char* meaning) {
+    visible.add_options()(name, value, meaning);
+  };
+  visible.add_options()("help,h", "this text")("list-parameters", "print all parameters as a table");
+  add("config", po::value(&options.config), "YAML file, or an OpenRatSLAM .txt configuration");
+  add("out", po::value(&options.out), "folder for the results");
+  add("odometry", po::value(&options.odometry)->default_value("profile"),
+      "profile (intensity profiles), orb (ORB features), topic (of the bag) or a CSV file with the columns "
+      "frame,stamp,linear_x,angular_z, such as the odometry.csv that a run leaves");
+  add("calibration", po::value(&options.calibration),
+      "YAML file of the camera's intrinsics, as config/calibration/phone_example.yaml (a recorder's folder "
+      "has none of its own)");
+  add("set", po::value(&options.assignments)->composing(), "key=value, overrides the configuration");
+  add("max-frames", po::value(&options.max_frames)->default_value(0), "stop after so many images");
+  add("video", po::value(&options.video),
+      ".mp4 or .avi file to show the run in: views and templates, pose cells, map; at camera_hz");
+  add("pose-cells-at", po::value(&options.pose_cells_at),
+      "times [s] at which to keep the pose cells' activity for pictures, such as 10,20.5 (default: six "
+      "moments spread evenly)");
+  add("image-topic", po::value(&options.recording.image_topic),
+      "bag: image topic, raw or compressed (default: the only one)");
+  add("odometry-topic", po::value(&options.recording.odometry_topic),
+      "bag: odometry topic (default: the only one that ends with odom)");
+  add("decode-threads", po::value(&options.decode_threads)->default_value(2),
+      "threads that decode images ahead; the results do not depend on it");
+  return visible;
+}
+
+}  // namespace
+
+std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
+  RunOptions options;
+  const po::options_description visible = describe(options);
+  po::options_description all;
+  all.add(visible).add_options()("input", po::value(&options.input));
+  po::positional_options_description positional;
+  positional.add("input", 1);
+  po::variables_map values;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
+  po::notify(values);
+  if (values.count("help") != 0) {
+    std::cout << kUsage << visible;
+    return std::nullopt;
+  }
+  if (values.count("list-parameters") != 0) {
+    listParameters();
+    return std::nullopt;
+  }
+  if (options.input.empty() || options.out.empty())
+    throw std::invalid_argument("INPUT and --out are needed; see --help");
+  options.recording.with_odometry = options.odometry == "topic";
+  return options;
+}
+
+ParameterMap readParameters(const RunOptions& options) {
+  ParameterMap map;
+  if (!options.config.empty()) map = ParameterMap::fromFile(options.config);
+  for (const std::string& assignment : options.assignments) map.setFromAssignment(assignment);
+  map.rejectUnknown(systemKeys());
+  return map;
+}
+
+}  // namespace ratslam

@@ -1,0 +1,34 @@
+// The command line of ratslam_run.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ratslam/pipeline/pipeline.h"
+#include "recordings.h"
+
+namespace ratslam {
+
+struct RunOptions {
+  std::string input;
+  std::string config;
+  std::string out;
+  std::string odometry;
+  std::string calibration;  ///< file of a camera's intrinsics; empty: what the recording or configuration has
+  std::string video;        ///< file to write; empty: none
+  std::string pose_cells_at;  ///< times of snapshots [s]; empty: spread evenly
+  std::vector<std::string> assignments;
+  std::size_t max_frames = 0;  ///< 0: all
+  RecordingOptions recording;
+  int decode_threads = 2;
+};
+
+/// @return nullopt where the user only asked for help, which is then printed
+/// @throws std::exception saying what is wrong
+std::optional<RunOptions> parseRunOptions(int argc, char** argv);
+
+/// The configuration file with what --set puts on top. @throws std::exception naming what is wrong
+ParameterMap readParameters(const RunOptions& options);
+
+}  // namespace ratslam
