@@ -41,6 +41,9 @@ struct CameraModel {
   Eigen::Vector2d distort(const Eigen::Vector2d& pixel) const;
   /// Derivative of distort at an undistorted pixel.
   Eigen::Matrix2d distortJacobian(const Eigen::Vector2d& pixel) const;
+  /// The same camera with something added to its first two radial coefficients (k1, k2); one without a lens
+  /// model gets plumb_bob.
+  CameraModel withRadialChange(const Eigen::Vector2d& change) const;
 
   /// Pinhole projection of a point in the camera frame (z > 0) to an undistorted pixel.
   Eigen::Vector2d project(const Eigen::Vector3d& point) const {

@@ -75,4 +75,7 @@ struct Frame {
 Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
                 const FeatureExtractor& extractor, const ExtractorParams& params);
 
+/// Gives a frame's features and observations the places that another calibration undistorts them to.
+void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to);
+
 }  // namespace ratslam

@@ -49,6 +49,8 @@ class LocalMap {
   explicit LocalMap(int max_keyframes) : max_keyframes_(max_keyframes) {}
 
   const std::deque<Keyframe>& keyframes() const { return keyframes_; }
+  /// As many keyframes as are kept.
+  bool full() const { return static_cast<int>(keyframes_.size()) >= max_keyframes_; }
   /// Nothing if that keyframe has been dropped.
   const Keyframe* keyframe(KeyframeId id) const;
   std::vector<Landmark>& landmarks() { return landmarks_; }
@@ -76,6 +78,8 @@ class LocalMap {
 
   /// Scales everything about `centre`: a correction of scale moves the whole map, never a single pose.
   void rescale(double factor, const Eigen::Vector3d& centre);
+  /// Undistorts all observations anew; poses and positions stay as they are.
+  void recalibrate(const CameraModel& from, const CameraModel& to);
   /// Median depth of the landmarks in front of a camera; 0 where there is none.
   double medianDepth(const RigidTransform& T_camera_world) const;
 

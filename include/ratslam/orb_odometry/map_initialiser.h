@@ -28,6 +28,8 @@ class MapInitialiser {
   /// @return a map as soon as the frames allow one.
   std::optional<InitialMap> add(const std::shared_ptr<Frame>& frame);
   void reset() { reference_.reset(); }
+  /// Another calibration, for the frames to come. @pre reset
+  void setCamera(const CameraModel& camera) { camera_ = camera; }
 
  private:
   std::optional<InitialMap> makeMap(const std::shared_ptr<Frame>& frame,

@@ -2,8 +2,8 @@
 ///
 /// Steps for each image: extract features; predict the pose from the last velocity; track the local map
 /// (frame_tracker.h); take a keyframe if the camera has moved; triangulate new landmarks; adjust the newest
-/// window; correct the scale by the road plane (ground_plane.h). No loop is ever closed here: RatSLAM does
-/// that.
+/// window; correct the scale by the road plane (ground_plane.h) and the calibration of the lens
+/// (lens_refinement.h). No loop is ever closed here: RatSLAM does that.
 ///
 /// States: initialising -> tracking; tracking -> lost (coasting on the last velocity for at most coast_time)
 /// -> relocalising (against the kept keyframes) -> tracking, or a fresh start that carries pose and scale on.
@@ -26,6 +26,7 @@
 #include "ratslam/orb_odometry/camera_model.h"
 #include "ratslam/orb_odometry/feature_extractor.h"
 #include "ratslam/orb_odometry/frame_tracker.h"
+#include "ratslam/orb_odometry/lens_refinement.h"
 #include "ratslam/orb_odometry/local_map.h"
 #include "ratslam/orb_odometry/map_initialiser.h"
 #include "ratslam/orb_odometry/orb_params.h"
@@ -68,6 +69,8 @@ class OrbOdometry {
   const LocalMap* map() const { return map_ ? &*map_ : nullptr; }
   /// What is known of the road plane and the unit of length.
   const ScaleKeeper& scale() const { return scale_keeper_; }
+  /// The camera as it is believed to be now: its lens may have been refined.
+  const CameraModel& camera() const { return camera_; }
   /// Landmarks of the local map in the odometry frame [m], for display.
   std::vector<Eigen::Vector3d> landmarkPositions() const;
 
@@ -81,6 +84,7 @@ class OrbOdometry {
   bool standsStill() const;
   void takeKeyframe();
   void rescale(double factor);
+  void refineLens();
   double scaleOfNewMap(double elapsed);
   void setMotion(OrbResult& result, const RigidTransform& previous, double dt, const Matrix6& covariance);
   void rememberPose();
@@ -95,6 +99,7 @@ class OrbOdometry {
   MapInitialiser initialiser_;
   Eigen::Quaterniond base_from_camera_;
   ScaleKeeper scale_keeper_;
+  LensRefinement lens_refinement_;
 
   OrbState state_ = OrbState::kInitialising;
   std::optional<LocalMap> map_;

@@ -14,6 +14,7 @@ struct OrbOdometryParams {
   double camera_height = 0.0;
   bool ground_plane = true;
   double camera_pitch_deg = 0.0;
+  bool refine_lens = true;
   double nominal_speed = 0.0;
   int window_keyframes = 8;
   int fixed_keyframes = 12;
@@ -42,6 +43,8 @@ struct OrbOdometryParams {
           "hold the scale by the road plane; without camera_height it holds the scale of the start");
     visit("camera_pitch_deg", camera_pitch_deg, Bounds{-60.0, 60.0},
           "camera looking down by this much [deg]");
+    visit("orb_refine_lens", refine_lens, Bounds{},
+          "find the radial lens error that the calibration has left, and correct it");
     visit("nominal_speed", nominal_speed, Bounds{0.0, 1000.0},
           "speed assumed while the map starts, where camera_height is unknown [m/s]; 0 = median depth is 1");
     visit("orb_window_keyframes", window_keyframes, Bounds{2, 50}, "keyframes refined together");

@@ -130,4 +130,13 @@ Eigen::Matrix2d CameraModel::distortJacobian(const Eigen::Vector2d& pixel) const
   return jacobian;
 }
 
+CameraModel CameraModel::withRadialChange(const Eigen::Vector2d& change) const {
+  CameraModel changed = *this;
+  if (changed.model == LensModel::kNone) changed.model = LensModel::kPlumbBob;
+  if (changed.coefficients.size() < 2) changed.coefficients.resize(2, 0.0);
+  changed.coefficients[0] += change.x();
+  changed.coefficients[1] += change.y();
+  return changed;
+}
+
 }  // namespace ratslam

@@ -59,4 +59,11 @@ Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
   return frame;
 }
 
+void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to) {
+  for (Feature& feature : frame.features) feature.pixel = to.undistort(feature.raw);
+  frame.grid = PointGrid(frame.features, kGridCell);
+  for (Observation& observation : frame.observations)
+    observation.pixel = to.undistort(from.distort(observation.pixel));
+}
+
 }  // namespace ratslam

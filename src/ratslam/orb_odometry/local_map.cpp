@@ -74,6 +74,14 @@ void LocalMap::rescale(double factor, const Eigen::Vector3d& centre) {
   }
 }
 
+void LocalMap::recalibrate(const CameraModel& from, const CameraModel& to) {
+  for (const Keyframe& keyframe : keyframes_) ratslam::recalibrate(*keyframe.frame, from, to);
+  for (Landmark& landmark : landmarks_) {
+    for (LandmarkObservation& seen : landmark.observations)
+      seen.pixel = to.undistort(from.distort(seen.pixel));
+  }
+}
+
 double LocalMap::medianDepth(const RigidTransform& T_camera_world) const {
   std::vector<double> depths;
   for (const Landmark& landmark : landmarks_) {

@@ -73,7 +73,8 @@ OrbOdometry::OrbOdometry(const CameraModel& camera, const OrbOdometryParams& par
       initialiser_(camera, TwoViewParams{params.init_points, params.init_parallax_deg, 1.0},
                    params.map_keyframes),
       base_from_camera_(cameraInBase(degreesToRadians(params.camera_pitch_deg))),
-      scale_keeper_(scaleParams(params), base_from_camera_.conjugate() * -Eigen::Vector3d::UnitZ()) {}
+      scale_keeper_(scaleParams(params), base_from_camera_.conjugate() * -Eigen::Vector3d::UnitZ()),
+      lens_refinement_(camera, LensRefinementParams{}) {}
 
 cv::Mat OrbOdometry::checkedGrey(const cv::Mat& image) const {
   if (image.cols != camera_.width || image.rows != camera_.height) {
@@ -263,6 +264,15 @@ void OrbOdometry::takeKeyframe() {
     const auto factor = scale_keeper_.update(camera_, *map_);
     if (factor) rescale(*factor);
   }
+  if (params_.refine_lens) refineLens();
+}
+
+void OrbOdometry::refineLens() {
+  const auto better = lens_refinement_.update(camera_, *map_, tracking_params_.loss);
+  if (!better) return;
+  map_->recalibrate(camera_, *better);
+  initialiser_.setCamera(*better);
+  camera_ = *better;
 }
 
 void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& previous, double dt,

@@ -1,0 +1,153 @@
+/// What a calibration has left of the lens: found in exact scenes, and harmless where nothing is left.
+#include "ratslam/orb_odometry/lens_refinement.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "ratslam/orb_odometry/orb_odometry.h"
+#include "ratslam/town/drive.h"
+#include "ratslam/town/town.h"
+#include "ratslam/town/town_renderer.h"
+#include "street_scene.h"
+
+namespace ratslam {
+namespace {
+
+/// Twelve cameras that drive round a bend, and what they see through `lens` when `believed` undistorts it.
+BundleProblem bendSeenThrough(const CameraModel& lens, const CameraModel& believed) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> x(-25, 25), y(-6, 1.6), z(2, 45);
+  BundleProblem problem;
+  for (int i = 0; i < 12; ++i) {
+    const double turn = 0.06 * i;
+    const RigidTransform T_world_camera{expRotation({0.0, turn, 0.0}), {0.3 * turn * i, 0.0, 0.6 * i}};
+    problem.poses.push_back(T_world_camera.inverse());
+  }
+  for (int point = 0; point < 600; ++point) {
+    const Eigen::Vector3d place(x(random), y(random), z(random));
+    std::vector<BundleObservation> seen;
+    for (int pose = 0; pose < 12; ++pose) {
+      const Eigen::Vector3d p = problem.poses[static_cast<std::size_t>(pose)] * place;
+      if (p.z() < 2.0) continue;
+      const Eigen::Vector2d ideal = lens.project(p);
+      if (!(std::abs(ideal.x() - lens.cx) < lens.width)) continue;  // where no polynomial is a lens any more
+      const Eigen::Vector2d raw = lens.distort(ideal);
+      if (raw.x() < 0 || raw.y() < 0 || raw.x() >= lens.width || raw.y() >= lens.height) continue;
+      seen.push_back({pose, static_cast<int>(problem.points.size()), believed.undistort(raw), 0.3});
+    }
+    if (seen.size() < 3) continue;
+    problem.points.push_back(place);
+    problem.observations.insert(problem.observations.end(), seen.begin(), seen.end());
+  }
+  return problem;
+}
+
+/// Gauss-Newton over everything, the lens included, until it stands still.
+Eigen::Vector2d refined(const CameraModel& lens, const CameraModel& believed) {
+  Eigen::Vector2d change = Eigen::Vector2d::Zero();
+  RobustLoss loss;
+  loss.gate = 1e9;
+  loss.huber = 1e9;
+  for (int round = 0; round < 8; ++round) {
+    const CameraModel camera = believed.withRadialChange(change);
+    const LensInformation found = measureLens(camera, bendSeenThrough(lens, camera), loss);
+    change -= found.hessian.inverse() * found.gradient;
+  }
+  return change;
+}
+
+TEST(LensRefinement, FindsTheRadialErrorOfEachLensModelInAnExactScene) {
+  const Eigen::Vector2d error(0.02, -0.009);
+  CameraModel pinhole = test::smallCamera();
+  CameraModel plumb_bob = pinhole;
+  plumb_bob.model = LensModel::kPlumbBob;
+  plumb_bob.coefficients = {-0.28, 0.07, 0.001, -0.0005};
+  CameraModel rational = pinhole;
+  rational.model = LensModel::kRationalPolynomial;
+  rational.coefficients = {0.3, 0.05, 0.0, 0.0, 0.0, 0.5, 0.1, 0.0};
+  CameraModel fisheye = pinhole;
+  fisheye.model = LensModel::kEquidistant;
+  fisheye.coefficients = {0.01, -0.004};
+  for (const CameraModel& believed : {pinhole, plumb_bob, rational, fisheye}) {
+    SCOPED_TRACE(static_cast<int>(believed.model));
+    EXPECT_LT((refined(believed.withRadialChange(error), believed) - error).norm(), 1e-6);
+    EXPECT_LT(refined(believed, believed).norm(), 1e-9);
+  }
+}
+
+TEST(LensRefinement, ChangesOfTheRadialCoefficientsKeepTheRest) {
+  const CameraModel changed = test::smallCamera().withRadialChange({0.1, 0.2});
+  EXPECT_EQ(changed.model, LensModel::kPlumbBob);
+  EXPECT_EQ(changed.coefficients, (std::vector<double>{0.1, 0.2}));
+  EXPECT_EQ(changed.fx, test::smallCamera().fx);
+  CameraModel lens = test::smallCamera();
+  lens.model = LensModel::kEquidistant;
+  lens.coefficients = {1.0, 2.0, 3.0, 4.0};
+  EXPECT_EQ(lens.withRadialChange({0.5, -0.5}).coefficients, (std::vector<double>{1.5, 1.5, 3.0, 4.0}));
+}
+
+/// A drive round corners of the town, through a lens with distortion k1 that the odometry knows nothing of.
+class OrbOdometryInTown : public testing::Test {
+ protected:
+  static constexpr int kFrames = 200;
+
+  struct Outcome {
+    double growth = 1.0;  // of the unit of length, from the first straight to the last frames
+    Eigen::Vector2d lens = Eigen::Vector2d::Zero();
+    std::int64_t restarts = 0;
+  };
+
+  static Outcome drive(double k1, bool refine) {
+    static const Drive path = planTownDrive(kFrames);
+    static const Town town(path.roads, 1);
+    TownCamera lens = TownCamera::kittiLike(620, 188);
+    CameraModel believed{lens.width, lens.height, lens.fx, lens.fy, lens.cx, lens.cy, LensModel::kNone, {}};
+    lens.distortion = {k1, 0.0, 0.0, 0.0, 0.0};
+    const TownRenderer renderer(town, lens);
+    OrbOdometryParams params;
+    params.features = 1200;
+    params.ground_plane = false;
+    params.refine_lens = refine;
+    OrbOdometry odometry(believed, params);
+    std::vector<double> ratio;
+    for (int i = 0; i < kFrames; ++i) {
+      const auto& pose = path.poses[static_cast<std::size_t>(i)];
+      const OrbResult result = odometry.track(pose.stamp, renderer.render(pose.T_world_camera));
+      if (i == 0) continue;
+      const auto& before = path.poses[static_cast<std::size_t>(i) - 1];
+      const double step = (pose.T_world_camera.translation() - before.T_world_camera.translation()).norm();
+      ratio.push_back(result.twist.head<3>().norm() * secondsBetween(before.stamp, pose.stamp) / step);
+    }
+    const auto mean = [&](std::size_t from, std::size_t to) {
+      double sum = 0.0;
+      for (std::size_t i = from; i < to; ++i) sum += ratio[i];
+      return sum / static_cast<double>(to - from);
+    };
+    const CameraModel& camera = odometry.camera();
+    Outcome outcome;
+    outcome.growth = mean(kFrames - 21, kFrames - 1) / mean(10, 30);
+    outcome.restarts = odometry.restarts();
+    if (camera.model != LensModel::kNone) outcome.lens = {camera.coefficients[0], camera.coefficients[1]};
+    return outcome;
+  }
+};
+
+TEST_F(OrbOdometryInTown, AnUnknownBendOfTheLensDoesNotStretchTheUnitOfLength) {
+  const Outcome refined = drive(0.03, true);
+  EXPECT_EQ(refined.restarts, 0);
+  EXPECT_NEAR(refined.growth, 1.0, 0.08);
+  // At the corners the lens must come out right, whichever coefficient it is put into.
+  constexpr double kR2 = 0.8;
+  EXPECT_NEAR(refined.lens.x() + refined.lens.y() * kR2, 0.03, 0.01);
+  EXPECT_GT(drive(0.03, false).growth, 1.6);
+}
+
+TEST_F(OrbOdometryInTown, AGoodCalibrationIsLeftAlone) {
+  const Outcome refined = drive(0.0, true);
+  EXPECT_EQ(refined.lens, Eigen::Vector2d::Zero().eval());
+  EXPECT_NEAR(refined.growth, 1.0, 0.03);
+}
+
+}  // namespace
+}  // namespace ratslam
