@@ -8,7 +8,9 @@ prefix=$2
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-cmake --install "$build" >"$scratch/install.log"
+# Below the scratch folder, away from the source tree, in which tools would find the package twice.
+DESTDIR=$scratch cmake --install "$build" >"$scratch/install.log"
+prefix=$scratch$prefix
 cd "$scratch"
 # Nothing of the devel space may help.
 export HOME=$scratch ROS_LOG_DIR=$scratch/log
