@@ -17,6 +17,7 @@ from ratslam_tools import (
     comparison,
     error_plots,
     evaluation,
+    flat_yaml,
     kitti,
     metrics,
     plotting,
@@ -120,7 +121,9 @@ class Reproduction:
             jobs=self.arguments.jobs,
         )
         path = os.path.join(self.arguments.out, f"{figure}_{self.name}_{system.name}.png")
-        sweep.plot_parameter(path, key, points, found)
+        config = runner.find_config(system.config, self.arguments.config_dir)
+        in_use = flat_yaml.read(config).get(key)
+        sweep.plot_parameter(path, key, points, found, mark=None if in_use is None else float(in_use))
         print(f"wrote {path}")
         for failure in failures:
             print(f"failed: {failure}")
@@ -189,9 +192,15 @@ def main(argv=None) -> None:
         help="systems whose parameters are swept (default: orb)",
     )
     parser.add_argument(
-        "--inject_energy", default="0.05:0.5:0.05", help="values of Fig. 6 (default %(default)s)"
+        "--inject_energy",
+        default="0.01,0.02,0.05,0.1,0.15,0.2,0.3,0.5,1,2,5",
+        help="values of Fig. 6 (default %(default)s)",
     )
-    parser.add_argument("--cell_size", default="0.5:4:0.5", help="values of Fig. 7 (default %(default)s)")
+    parser.add_argument(
+        "--cell_size",
+        default="0.25,0.5,1,1.5,2,2.5,3,4,6,8,12",
+        help="values of Fig. 7 (default %(default)s)",
+    )
     parser.add_argument(
         "--jobs", type=int, metavar="N", help="runs at a time in the sweeps (default: one for each core)"
     )

@@ -7,6 +7,7 @@ import numpy as np
 from ratslam_tools.errors import InputError
 
 TRUTH, ONLINE, FINAL, LINK = "0.35", "#d98c00", "#0060a8", "#c0392b"
+TRAIL = "#7be650"  # over dark ground
 ERROR_MAP = "viridis"
 
 

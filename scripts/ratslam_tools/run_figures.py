@@ -5,6 +5,7 @@ timing.
 import numpy as np
 
 from ratslam_tools import comparison, evaluation, metrics, plotting
+from ratslam_tools.activity_figure import draw_activity, has_activity
 from ratslam_tools.association import MAX_STAMP_DIFFERENCE_S
 from ratslam_tools.run_folder import Run
 
@@ -174,6 +175,8 @@ def panels(run: Run) -> list:
         found += [("View cells", draw_templates), ("Template matching", draw_template_errors)]
     if run.actions is not None and len(run.actions["stamp"]):
         found += [("Experiences", draw_experiences), ("Pose cells", draw_pose_cells)]
+    if has_activity(run):
+        found.append(("Pose-cell activity", draw_activity))
     if run.timing:
         found.append(("Timing", draw_timing))
     return found
@@ -208,7 +211,10 @@ def overview_figure(aligned: Aligned):
     others = panels(aligned.run)
     figure = pyplot.figure(figsize=(16, 10) if others else (10, 10), constrained_layout=True)
     grid = figure.add_gridspec(
-        max(len(others), 1), 2 if others else 1, width_ratios=[1.25, 1] if others else [1]
+        max(len(others), 1),
+        2 if others else 1,
+        width_ratios=[1.25, 1] if others else [1],
+        height_ratios=[1.8 if draw is draw_activity else 1.0 for _, draw in others] or None,
     )
     axes = figure.add_subplot(grid[:, 0])
     draw_map(axes, aligned)

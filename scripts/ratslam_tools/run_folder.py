@@ -122,6 +122,7 @@ class Run:
         self.map: Optional[Map] = self._read("map.yaml", read_map)
         self.templates = self._read("templates.csv", read_columns)
         self.actions = self._read("actions.csv", read_columns)
+        self.activity = self._read("pose_cells.csv", read_columns)
         self.summary = self._read("summary.json", read_json) or {}
         if self.final is None:
             raise InputError(f"{folder}: no trajectory_final.tum: not a folder that ratslam_run left")

@@ -22,6 +22,7 @@ from ratslam_tools.run_folder import Run
 
 MAX_RUNS = 10000
 RESULT = "result.json"
+LOG_SPAN = 20  # values that span more than this factor stand on a logarithmic axis
 FIGURES = ("max", "mean", "median", "min", "rmse")
 
 
@@ -209,6 +210,11 @@ def plot_parameter(path: str, key: str, points, found, trajectory: str = "final"
     if not numeric:
         axes.set_xticks(range(len(labels)))
         axes.set_xticklabels(labels)
+    elif len(best) > 2 and min(values) > 0 and max(values) >= LOG_SPAN * min(values):
+        axes.set_xscale("log")
+        axes.set_xticks(sorted(set(values)))
+        axes.set_xticklabels([f"{value:g}" for value in sorted(set(values))])
+        axes.minorticks_off()
     axes.set_xlabel(key)
     axes.set_ylabel(f"mean APE of the {trajectory} trajectory [m]")
     axes.set_ylim(bottom=0.0)

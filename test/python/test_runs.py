@@ -14,7 +14,18 @@ import numpy as np
 import pytest
 
 from conftest import SCRIPTS
-from ratslam_tools import frames, paper, plot_run, report, run_figures, run_folder, runner, sweep, truth
+from ratslam_tools import (
+    activity_figure,
+    frames,
+    paper,
+    plot_run,
+    report,
+    run_figures,
+    run_folder,
+    runner,
+    sweep,
+    truth,
+)
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory, write_kitti, write_tum
 
@@ -72,9 +83,11 @@ def folder(tmp_path, drive):
         file.writelines(
             f"{0.1 * i},{1 if i < 150 else 2},{i},{i if i < 150 else i - 150},5,6,7\n" for i in range(200)
         )
+    with open(path / "pose_cells.csv", "w", encoding="utf-8") as file:
+        file.write("stamp,layer,row,column,activity\n5.0,35,29,4,0.75\n5.0,0,29,4,0.25\n10.0,7,6,5,1\n")
     summary = {
         "version": "0.1.0",
-        "parameters": {"pc_dim_xy": 30, "topic_root": "<kitti> & co"},
+        "parameters": {"pc_dim_xy": 30, "pc_dim_th": 36, "topic_root": "<kitti> & co"},
         "timing": {"local_view": {"mean_ms": 1.25}, "pose_cells": 2.5},
     }
     (path / "summary.json").write_text(json.dumps(summary))
@@ -141,6 +154,21 @@ def test_picture_is_aligned_to_the_truth(folder, tmp_path):
     assert (tmp_path / "map.png").read_bytes()[:4] == b"\x89PNG"
 
 
+def test_activity_is_read_and_laid_out_as_the_live_picture(folder):
+    moments = activity_figure.activities(run_folder.Run(str(folder)))
+    assert [stamp for stamp, _ in moments] == [5.0, 10.0]
+    first = moments[0][1]
+    assert first.shape == (36, 30, 30) and first[35, 29, 4] == 0.75 and first.sum() == 1.0
+    picture = activity_figure.mosaic(first)
+    assert picture[38 + 29, 4] == 1.0, "y over x: all of it at column 4, row 29"
+    assert picture[38 + 29, 32 + 35] == 1.0 and picture[38 + 29, 32] == pytest.approx(np.sqrt(1 / 3))
+    assert picture[35, 4] == 1.0 and np.isnan(picture[0, 40]), "heading over x; the corner stays empty"
+    with open(folder / "pose_cells.csv", "a", encoding="utf-8") as file:
+        file.write("11.0,36,0,0,1\n")
+    with pytest.raises(InputError, match="outside the network of 30x30x36"):
+        activity_figure.activities(run_folder.Run(str(folder)))
+
+
 def test_plot_run_without_truth_and_with_half_the_files(folder, capsys):
     for name in ("summary.json", "actions.csv", "map.yaml", "trajectory_online.tum"):
         (folder / name).unlink()
@@ -158,7 +186,7 @@ def test_folders_that_are_no_run(tmp_path):
 def test_report_holds_everything_and_fetches_nothing(folder, tmp_path):
     report.main([str(folder), "--truth", str(tmp_path / "truth.tum")])
     text = (folder / "report.html").read_text()
-    assert text.count("data:image/png;base64,") == 7
+    assert text.count("data:image/png;base64,") == 8
     assert not re.search(r"(src|href)=\"(?!data:)", text) and "@import" not in text and "url(" not in text
     assert "&lt;kitti&gt; &amp; co" in text and "<kitti>" not in text
     assert "pc_dim_xy" in text and "100.0 %" in text and "@media print" in text

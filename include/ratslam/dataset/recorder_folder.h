@@ -2,7 +2,8 @@
 ///
 /// `data_image.txt` has lines `ms,images/<ms>.jpeg` (Unix milliseconds at the camera's callback). Older
 /// recordings have no such index and name their images by nanoseconds: then the names tell the time. Lines
-/// may be out of order and stamps may repeat: images are handed out by stamp, of equal ones only the first.
+/// may be out of order, cut off (those are left out), and stamps may repeat: images are handed out by stamp,
+/// of equal ones only the first by name that is there. scripts/recorder_to_bag chooses the same.
 #pragma once
 
 #include <string>

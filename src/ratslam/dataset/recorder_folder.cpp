@@ -5,6 +5,7 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+#include <tuple>
 
 #include "ratslam/dataset/csv.h"
 
@@ -29,17 +30,19 @@ bool RecorderFolder::recognises(const std::string& folder) {
 
 RecorderFolder::RecorderFolder(const std::string& folder) {
   const std::string index_path = folder + "/data_image.txt";
+  std::string malformed;
   if (std::ifstream index(index_path); index) {
     std::string line;
     for (int number = 1; std::getline(index, line); ++number) {
       const auto words = splitCsv(line);
       if (words.empty()) continue;
       const auto stamp = stampOfName(words[0]);
-      if (words.size() < 2 || !stamp) {
-        throw std::runtime_error(index_path + ":" + std::to_string(number) + ": '" + line +
-                                 "' is not of the form milliseconds,images/<milliseconds>.jpeg");
+      if (words.size() >= 2 && stamp) {
+        images_.emplace_back(*stamp, folder + "/" + words[1]);
+      } else if (malformed.empty()) {  // as a recording that was cut off ends
+        malformed = index_path + ":" + std::to_string(number) + ": '" + line +
+                    "' is not of the form milliseconds,images/<milliseconds>.jpeg";
       }
-      images_.emplace_back(*stamp, folder + "/" + words[1]);
     }
   } else {
     for (const std::string& path : listImages(folder + "/images")) {
@@ -50,11 +53,15 @@ RecorderFolder::RecorderFolder(const std::string& folder) {
       images_.emplace_back(*stamp, path);
     }
   }
-  const auto earlier = [](const auto& a, const auto& b) { return a.first < b.first; };
-  std::stable_sort(images_.begin(), images_.end(), earlier);
+  const auto rank = [](const auto& image) {
+    return std::make_tuple(image.first, !fs::exists(image.second), image.second);
+  };
+  std::sort(images_.begin(), images_.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
   images_.erase(std::unique(images_.begin(), images_.end(), same), images_.end());
-  if (images_.empty()) throw std::runtime_error(index_path + ": lists no images");
+  if (images_.empty()) {
+    throw std::runtime_error(malformed.empty() ? index_path + ": lists no images" : malformed);
+  }
 }
 
 std::optional<RecordedItem> RecorderFolder::next() {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <ctime>
@@ -61,6 +62,10 @@ std::string fixed(double value, int decimals) {
   out << std::fixed << std::setprecision(decimals) << value;
   return out.str();
 }
+
+/// What Android states as a fix's accuracy: the radius that holds 68 % of a round Gaussian; 0 would say that
+/// it is not known.
+double statedAccuracy(double sigma) { return std::max(1.5096 * sigma, 0.01); }
 
 void writeImage(const fs::path& path, const cv::Mat& image, int jpeg_quality) {
   // PNG's strongest compression takes longer than drawing the picture and saves little.
@@ -150,7 +155,7 @@ class RecorderSink : public TownSink {
     }
     if (frame.gps)
       *gps_ << ms << "," << fixed(frame.gps->latitude, 9) << "," << fixed(frame.gps->longitude, 9) << ","
-            << fixed(frame.gps->altitude, 3) << "," << fixed(frame.gps->accuracy, 2) << ","
+            << fixed(frame.gps->altitude, 3) << "," << fixed(statedAccuracy(frame.gps->accuracy), 2) << ","
             << fixed(frame.gps->bearing, 2) << "," << fixed(frame.gps->speed, 3) << ",gps\n";
     // The images' stamps are whole milliseconds, and so are the truth's: they are the same.
     const Eigen::Quaterniond q(frame.T_world_camera.linear());

@@ -145,6 +145,11 @@ TEST_F(DatasetTest, RecorderNamesInNanosecondsAndFaultyIndexes) {
   EXPECT_EQ(std::get<RecordedImage>(*recorder.next()).stamp, 1669759744666123456);
   write("data_image.txt", "soon,images/1.jpeg\n");
   EXPECT_NE(complaint([&] { RecorderFolder(folder_.string()); }).find("data_image.txt:1"), std::string::npos);
+  write("data_image.txt", "1669759744666,images/missing.jpeg\n1669759744666,images/there.jpeg\n16697597");
+  cv::imwrite((folder_ / "images/there.jpeg").string(), cv::Mat(8, 8, CV_8UC1, cv::Scalar(9)));
+  RecorderFolder cut_off(folder_.string());
+  EXPECT_EQ(cut_off.imageCount(), 1U);
+  EXPECT_FALSE(std::get<RecordedImage>(*cut_off.next()).decode().empty());
 }
 
 TEST_F(DatasetTest, FaultyOdometryFilesAreNamed) {
