@@ -207,14 +207,16 @@ TEST(Layouts, RecorderFolderHoldsTheDrive) {
   ASSERT_EQ(fix.size(), 7U);
   EXPECT_NEAR(fix[1], options.origin[0], 15.0 / 111000.0);
   EXPECT_NE(fix[1], options.origin[0]);
-  EXPECT_EQ(fix[4], 3.0);
+  EXPECT_EQ(fix[4], 4.53) << "the radius that holds 68 % of fixes of 3 m an axis";
   EXPECT_EQ(linesOf(drive + "/data_imu.txt").size(), 111U);
   EXPECT_EQ(numbersOf(linesOf(drive + "/data_imu.txt")[5]).size(), 7U);
   const std::vector<std::string> truth = linesOf(folder / "truth.tum");
   ASSERT_EQ(truth.size(), 12U);
   EXPECT_EQ(truth[1].substr(0, 14), "1600000000.100");
   EXPECT_EQ(numbersOf(truth[1]).size(), 8U);
-  EXPECT_EQ(linesOf(folder / "calibration.yaml")[6], "k1: -0.2");
+  const std::vector<std::string> calibration = linesOf(folder / "calibration.yaml");
+  EXPECT_EQ(calibration[0], "image_width: 160");  // as config/calibration/phone_example.yaml
+  EXPECT_EQ(calibration[6], "k1: -0.2");
 }
 
 TEST(Options, ReadsAllFormsAndNamesWhatIsWrong) {
