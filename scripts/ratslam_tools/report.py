@@ -29,8 +29,10 @@ thead th { border-bottom: 2px solid #888; }
 @media print {
   body { max-width: none; margin: 0; font-size: 10pt; }
   h2 { break-after: avoid; }
-  figure img { width: auto; max-width: 100%; max-height: 150mm; }
-  .columns { columns: 2; break-inside: avoid; }
+  figure img { width: auto; max-width: 100%; max-height: 125mm; }
+  .columns { columns: 2; column-gap: 6mm; }
+  .columns table { font-size: 7.5pt; }
+  .columns th, .columns td { padding: .05rem .3rem; overflow-wrap: anywhere; }
   tr { break-inside: avoid; }
   @page { size: A4; margin: 15mm; }
 }
@@ -62,6 +64,8 @@ def flatten(value, prefix: str = "") -> list:
         return [row for index, entry in enumerate(value) for row in flatten(entry, f"{prefix}[{index}]")]
     if isinstance(value, float):
         return [[prefix, f"{value:.6g}"]]
+    if isinstance(value, bool):
+        return [[prefix, str(value).lower()]]
     if isinstance(value, list):
         return [[prefix, ", ".join(map(str, value))]]
     return [[prefix, str(value)]]
