@@ -5,8 +5,8 @@
 /// links count the same.
 ///
 /// The links are kept in one array in the order of their visits. Most of a sweep's time goes into the sine
-/// and cosine of each link's direction, which have to be the library's to the last bit. They are kept with the
-/// direction they belong to: where the map is at rest, directions stay what they were.
+/// and cosine of each link's direction, which have to be the library's to the last bit. They are kept with
+/// the direction they belong to: where the map is at rest, directions stay what they were.
 #pragma once
 
 #include <limits>
@@ -41,8 +41,9 @@ class Relaxation : public MapSolver {
     double distance;
     double heading_rad;
     double facing_rad;
-    double direction = std::numeric_limits<double>::quiet_NaN();  ///< of the link in the map when last visited
-    double along_x = 0.0;                                         ///< the link's vector in that direction
+    double direction =
+        std::numeric_limits<double>::quiet_NaN();  ///< of the link in the map when last visited
+    double along_x = 0.0;                          ///< the link's vector in that direction
     double along_y = 0.0;
   };
 
