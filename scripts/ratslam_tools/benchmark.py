@@ -50,6 +50,7 @@ CASES = [
     Case("allLitStep/n_xy:61", "attractor 61x61x36, all cells lit", 50, openratslam_ms=46.3),
     *_sizes("defaultUpdate", "map update, default map,", (None, None, 50), (0.49, 2.50, 10.0)),
     *_sizes("referenceUpdate", "map update, reference arithmetic,", [2] * 3, (0.49, 2.50, 10.0)),
+    Case("referenceUpdateAtRest/20000", "map update, reference arithmetic, no loops, 20 k"),
     Case("growth/1000", "map growth without recalls, from 1 k on"),
     Case("growth/20000", "map growth without recalls, from 20 k on"),
     Case("closure/20000", "map, longest update after a closure over 20 k", bar_ms=50, time="max_ms"),

@@ -50,12 +50,19 @@ def main(argv=None) -> None:
     parser.add_argument("folder", metavar="DIR", help="folder that ratslam_run left")
     add_truth_options(parser)
     parser.add_argument("--out", metavar="FILE", help="picture to write, .png or .pdf (default: DIR/run.png)")
-    parser.add_argument("--map_only", action="store_true", help="the map without the panels beside it")
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument("--map_only", action="store_true", help="the map without the panels beside it")
+    part.add_argument("--timing_only", action="store_true", help="the time of each module alone")
     parser.add_argument("--save_results", metavar="FILE.json", help="write the errors")
     arguments = parser.parse_args(argv)
     aligned = aligned_run(arguments)
     path = arguments.out or os.path.join(arguments.folder, "run.png")
-    figure = run_figures.map_figure(aligned) if arguments.map_only else run_figures.overview_figure(aligned)
+    if arguments.map_only:
+        figure = run_figures.map_figure(aligned)
+    elif arguments.timing_only:
+        figure = run_figures.timing_figure(aligned.run)
+    else:
+        figure = run_figures.overview_figure(aligned)
     plotting.finish(plotting.load(), figure, path)
     if aligned.results:
         print("APE, aligned (rotation, translation, scale)")

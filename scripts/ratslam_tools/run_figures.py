@@ -7,6 +7,7 @@ import numpy as np
 from ratslam_tools import comparison, evaluation, metrics, plotting
 from ratslam_tools.activity_figure import draw_activity, has_activity
 from ratslam_tools.association import MAX_STAMP_DIFFERENCE_S
+from ratslam_tools.errors import InputError
 from ratslam_tools.run_folder import Run
 
 ERROR_STATISTICS = ("mean", "median", "rmse", "max", "min")
@@ -155,8 +156,11 @@ def draw_timing(axes, run: Run) -> None:
     """Time of each module."""
     names = list(run.timing)
     axes.barh(range(len(names)), [run.timing[name] for name in names], color=plotting.FINAL)
+    for row, name in enumerate(names):
+        axes.text(run.timing[name], row, f" {run.timing[name]:.2f}", va="center", fontsize=8)
+    axes.margins(x=0.15)
     axes.set_yticks(range(len(names)))
-    axes.set_yticklabels(names)
+    axes.set_yticklabels([name.replace("_", " ") for name in names])
     axes.invert_yaxis()
     axes.set_xlabel("time per frame [ms]")
     axes.grid(alpha=0.3, axis="x")
@@ -193,6 +197,16 @@ def map_figure(aligned: Aligned):
     figure, axes = pyplot.subplots(figsize=(9, 9), constrained_layout=True)
     draw_map(axes, aligned)
     axes.set_title(error_words(aligned) or aligned.run.name)
+    return figure
+
+
+def timing_figure(run: Run):
+    """A figure with the time of each module alone. @raise InputError where the summary does not tell."""
+    if not run.timing:
+        raise InputError(f"{run.name}: its summary.json has no timing")
+    figure, axes = plotting.load().subplots(figsize=(7, 2.4), constrained_layout=True)
+    draw_timing(axes, run)
+    axes.set_title(f"{run.name}: one frame", fontsize=10)
     return figure
 
 

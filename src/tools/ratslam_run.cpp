@@ -71,8 +71,8 @@ class Witnesses {
     if (video_) video_->add(pipeline, image);
   }
   void finish(const Pipeline& pipeline, const PipelineParams& params,
-              const std::map<std::string, double>& counts) {
-    log_.finish(pipeline, params, counts);
+              const std::map<std::string, double>& counts, double decoding_seconds) {
+    log_.finish(pipeline, params, counts, decoding_seconds);
     snapshots_.write(snapshots_path_);
   }
 
@@ -115,7 +115,8 @@ int run(const RunOptions& options) {
   }
   witnesses.finish(
       pipeline, params,
-      {{"frames", static_cast<double>(frames)}, {"corrupt_images", static_cast<double>(corrupt)}});
+      {{"frames", static_cast<double>(frames)}, {"corrupt_images", static_cast<double>(corrupt)}},
+      items.decodingSeconds());
   std::cout << frames << " frames (" << corrupt << " corrupt), " << pipeline.localView().size()
             << " templates, " << pipeline.map().graph().experiences().size() << " experiences, "
             << pipeline.map().graph().links().size() << " links -> " << options.out << '\n';

@@ -176,6 +176,15 @@ def test_plot_run_without_truth_and_with_half_the_files(folder, capsys):
     assert (folder / "run.png").stat().st_size > 10000 and "APE" not in capsys.readouterr().out
 
 
+def test_plot_run_draws_the_timing_alone_and_says_where_there_is_none(folder, tmp_path):
+    path = tmp_path / "timing.png"
+    plot_run.main([str(folder), "--timing_only", "--out", str(path)])
+    assert path.read_bytes()[:4] == b"\x89PNG"
+    (folder / "summary.json").unlink()
+    with pytest.raises(InputError, match="has no timing"):
+        plot_run.main([str(folder), "--timing_only"])
+
+
 def test_folders_that_are_no_run(tmp_path):
     with pytest.raises(InputError, match="no trajectory_final.tum"):
         plot_run.main([str(tmp_path)])

@@ -60,6 +60,9 @@ class DecodeAhead {
   /// The next item, none at the end. @throws what the recording threw while reading
   std::optional<DecodedItem> next();
 
+  /// Time that all threads together have spent decoding so far [s]. Not a result: it never influences one.
+  double decodingSeconds() const;
+
  private:
   struct Slot {
     std::optional<RecordedImage> encoded;  ///< still to be decoded
@@ -71,13 +74,14 @@ class DecodeAhead {
   void work();
 
   Recording& recording_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable wake_workers_;
   std::condition_variable wake_reader_;
   std::deque<std::shared_ptr<Slot>> slots_;  ///< in the recording's order
   std::deque<std::shared_ptr<Slot>> to_decode_;
   bool at_end_ = false;
   bool stopping_ = false;
+  double decoding_seconds_ = 0.0;
   std::size_t depth_;
   std::vector<std::thread> threads_;
 };

@@ -5,9 +5,11 @@
 /// links count the same.
 ///
 /// The links are kept in one array in the order of their visits. Most of a sweep's time goes into the sine
-/// and cosine of each link's direction, which have to be the library's to the last bit.
+/// and cosine of each link's direction, which have to be the library's to the last bit. They are kept with
+/// the direction they belong to: where the map is at rest, directions stay what they were.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "ratslam/common/pose2.h"
@@ -39,10 +41,14 @@ class Relaxation : public MapSolver {
     double distance;
     double heading_rad;
     double facing_rad;
+    double direction =
+        std::numeric_limits<double>::quiet_NaN();  ///< of the link in the map when last visited
+    double along_x = 0.0;                          ///< the link's vector in that direction
+    double along_y = 0.0;
   };
 
   void takeNewLinks(const ExperienceGraph& graph);
-  void relax(const Spring& spring, Pose2& start, Pose2& end) const;
+  void relax(Spring& spring, Pose2& start, Pose2& end) const;
 
   int sweeps_;
   double correction_;

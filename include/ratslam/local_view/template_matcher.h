@@ -75,9 +75,9 @@ class TemplateMatcher {
   double meanDifference(const std::vector<double>& view, const std::vector<double>& learned, int shift) const;
 
   LocalViewParams params_;
-  SadIndex coarse_;  // means over halves of columns
-  SadIndex fine_;    // all values
-  std::vector<double> means_;  // of whole groups: infinite where there is no template yet
+  SadIndex coarse_;                      // means over halves of columns
+  SadIndex fine_;                        // all values
+  std::vector<double> means_;            // of whole groups: infinite where there is no template yet
   std::vector<std::uint32_t> rounding_;  // sum of what rounding to 8 bits moved the values, in levels
   std::vector<PackedTemplate> packed_;
   // Buffers of a search.

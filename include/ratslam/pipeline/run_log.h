@@ -33,8 +33,10 @@ class RunLog {
 
   /// Writes trajectories, map and summary.
   /// @param counts  whatever the runner counted (frames, corrupt images, ...), by name
+  /// @param decoding_seconds  spent on decoding images
   /// @throws std::runtime_error naming the file that cannot be written
-  void finish(const Pipeline& pipeline, PipelineParams params, const std::map<std::string, double>& counts);
+  void finish(const Pipeline& pipeline, PipelineParams params, const std::map<std::string, double>& counts,
+              double decoding_seconds = 0.0);
 
  private:
   std::string folder_;

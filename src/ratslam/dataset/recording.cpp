@@ -1,6 +1,7 @@
 #include "ratslam/dataset/recording.h"
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 
 namespace ratslam {
@@ -43,6 +44,11 @@ std::optional<DecodedItem> DecodeAhead::next() {
   return std::move(slot->item);
 }
 
+double DecodeAhead::decodingSeconds() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return decoding_seconds_;
+}
+
 void DecodeAhead::fill(std::unique_lock<std::mutex>& lock) {
   while (!at_end_ && slots_.size() < depth_) {
     lock.unlock();  // reading may wait for a disk: the workers need not
@@ -73,8 +79,11 @@ void DecodeAhead::work() {
     const std::shared_ptr<Slot> slot = to_decode_.front();
     to_decode_.pop_front();
     lock.unlock();
+    const auto begin = std::chrono::steady_clock::now();
     DecodedImage decoded = decodeNow(*slot->encoded);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     lock.lock();
+    decoding_seconds_ += seconds.count();
     slot->item = std::move(decoded);
     slot->done = true;
     wake_reader_.notify_one();

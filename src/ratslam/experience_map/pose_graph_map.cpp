@@ -13,8 +13,8 @@ namespace {
 constexpr std::int64_t kLeastWork = 5000;
 constexpr std::int64_t kGreatestWork = 400000;
 
-/// Disagreement, in exp_recall_sigma, up to which a recall says nothing new, and from which an update works as
-/// much as it may.
+/// Disagreement, in exp_recall_sigma, up to which a recall says nothing new, and from which an update works
+/// as much as it may.
 constexpr double kUsualDisagreement = 1.0;
 constexpr double kStrongDisagreement = 5.0;
 
@@ -140,8 +140,8 @@ void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) {
 }
 
 void PoseGraphMap::resume(ExperienceGraph& graph) {
-  const double share = std::clamp(
-      (disagreement_ - kUsualDisagreement) / (kStrongDisagreement - kUsualDisagreement), 0.0, 1.0);
+  const double share =
+      std::clamp((disagreement_ - kUsualDisagreement) / (kStrongDisagreement - kUsualDisagreement), 0.0, 1.0);
   work(graph, kLeastWork + static_cast<std::int64_t>(share * share * static_cast<double>(kGreatestWork)));
 }
 

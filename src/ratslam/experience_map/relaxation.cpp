@@ -28,7 +28,7 @@ void Relaxation::update(ExperienceGraph& graph, RobotPlace& robot) {
     places_.push_back({experience.pose.x, experience.pose.y, experience.pose.yaw});
   }
   for (int sweep = 0; sweep < sweeps_; ++sweep) {
-    for (const Spring& spring : springs_) relax(spring, places_[spring.from], places_[spring.to]);
+    for (Spring& spring : springs_) relax(spring, places_[spring.from], places_[spring.to]);
   }
   graph.setPoses([this](std::uint32_t id) {
     return MapPose{places_[id].x, places_[id].y, 0.0, places_[id].th, 0.0};
@@ -46,12 +46,15 @@ void Relaxation::takeNewLinks(const ExperienceGraph& graph) {
   }
 }
 
-void Relaxation::relax(const Spring& spring, Pose2& start, Pose2& end) const {
+void Relaxation::relax(Spring& spring, Pose2& start, Pose2& end) const {
   const double direction = start.th + spring.heading_rad;
-  const double cosine = std::cos(direction);
-  const double sine = std::sin(direction);
-  const double dx = correction_ * (end.x - (start.x + spring.distance * cosine));
-  const double dy = correction_ * (end.y - (start.y + spring.distance * sine));
+  if (direction != spring.direction) {
+    spring.direction = direction;
+    spring.along_x = spring.distance * std::cos(direction);
+    spring.along_y = spring.distance * std::sin(direction);
+  }
+  const double dx = correction_ * (end.x - (start.x + spring.along_x));
+  const double dy = correction_ * (end.y - (start.y + spring.along_y));
   const double df = correction_ * wrapAngle(end.th - (start.th + spring.facing_rad));
   start = {start.x + dx, start.y + dy, start.th + df};
   end = {end.x - dx, end.y - dy, end.th - df};

@@ -105,7 +105,7 @@ void RunLog::append(const Pipeline::Progress& progress) {
 }
 
 void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
-                    const std::map<std::string, double>& counts) {
+                    const std::map<std::string, double>& counts, double decoding_seconds) {
   requireWritten(templates_, folder_ + "/templates.csv");
   requireWritten(actions_, folder_ + "/actions.csv");
   writeOdometryCsv(folder_ + "/odometry.csv", odometry_);
@@ -129,6 +129,7 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   summary << "\n  },\n  \"timing\": {";
   JsonFields time_fields(summary);
   const double ms_per_frame = frames_ == 0 ? 0.0 : 1e3 / static_cast<double>(frames_);
+  time_fields("decoding", decoding_seconds * ms_per_frame);
   time_fields("odometry", pipeline.times().odometry * ms_per_frame);
   time_fields("local_view", pipeline.times().local_view * ms_per_frame);
   time_fields("pose_cells", pipeline.times().pose_cells * ms_per_frame);

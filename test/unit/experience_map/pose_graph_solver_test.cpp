@@ -92,6 +92,21 @@ TEST(PoseGraphSolver, SlicesNeverRaiseTheEnergyAndEndAtTheSameOptimum) {
   EXPECT_EQ(largestDistance(whole.nodes(), sliced.nodes()), 0.0);
 }
 
+/// Ordering and stepping are done in one go; what they take beyond a slice's work, later slices go without.
+TEST(PoseGraphSolver, SlicesOfHalfTheWorkAreTwiceAsMany) {
+  const PoseGraph drive = graphOf(simulate(noisyCity()), ExperienceMapParams{});
+  const auto slicesOf = [&drive](std::int64_t work) {
+    PoseGraph graph = drive;
+    PoseGraphSolver solver(false, false, kTolerance);
+    int slices = 0;
+    for (; !solver.settled(graph); ++slices) solver.advance(graph, work);
+    return slices;
+  };
+  const int slices = slicesOf(1000);
+  EXPECT_GT(slices, 50);
+  EXPECT_NEAR(slicesOf(500), 2 * slices, 3);
+}
+
 TEST(PoseGraphSolver, CarriesAlongWhatGrowsWhileItWorks) {
   const ExperienceMapParams params;
   const std::vector<DriveStep> drive = simulate(noisyCity());
