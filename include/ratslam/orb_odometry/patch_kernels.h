@@ -1,6 +1,6 @@
 /// Arithmetic on the grey values of patches, compiled for several instruction sets and chosen at run time.
-/// Sums always have eight partial sums, one a column, and products are not fused: every level gives the same
-/// bits.
+/// Sums always have sixteen partial sums, one a column, and products are not fused: every level gives the
+/// same bits.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,13 @@
 
 namespace ratslam {
 
-constexpr int kPatchColumns = 8;
-constexpr int kPatchRows = 12;
+constexpr int kPatchColumns = 16;
+constexpr int kPatchRows = 10;
 constexpr int kPatchArea = kPatchColumns * kPatchRows;
 // With the border that central differences need.
 constexpr int kRimColumns = kPatchColumns + 2;
 constexpr int kRimArea = kRimColumns * (kPatchRows + 2);
-constexpr int kRimStorage = (kRimArea + 7) / 8 * 8;
+constexpr int kRimStorage = (kRimArea + 15) / 16 * 16;
 
 /// What a patch should look like, with its gradients.
 struct PatchTemplate {

@@ -13,7 +13,7 @@ namespace ratslam {
 struct WindowParams {
   int free_keyframes = 8;
   int fixed_keyframes = 12;
-  int max_iterations = 3;  ///< the next keyframe adjusts most of the window again
+  int max_iterations = 5;
 };
 
 struct WindowSummary {

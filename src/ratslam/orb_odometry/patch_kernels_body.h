@@ -14,7 +14,9 @@ inline void loadGreys(const std::uint8_t* bytes, Row& row) {
   row = __builtin_convertvector(wide, Row);
 }
 inline float sumOf(const Row& row) {
-  return ((row[0] + row[4]) + (row[2] + row[6])) + ((row[1] + row[5]) + (row[3] + row[7]));
+  float parts[8];
+  for (int i = 0; i < 8; ++i) parts[i] = row[i] + row[i + 8];
+  return ((parts[0] + parts[4]) + (parts[2] + parts[6])) + ((parts[1] + parts[5]) + (parts[3] + parts[7]));
 }
 
 /// Column and row of each sample of the rim.
