@@ -1,17 +1,19 @@
 /// ORB features, spread over the image: Rublee et al., ORB: an efficient alternative to SIFT or SURF (ICCV
 /// 2011), with FAST corners (Rosten and Drummond 2006) at each level of an image pyramid.
 ///
-/// Steps at each level: FAST with a low threshold; in each cell of a grid the corners that also pass the high
-/// threshold come first, and the weak ones are used where a cell has no strong one; every cell gives its
-/// strongest corner, then its second, and so on, until the level's share of the features is reached;
-/// orientation by the intensity centroid; steered BRIEF descriptor on the smoothed level.
+/// Steps at each level: FAST scores above the low threshold, local maxima only; in each cell of a grid the
+/// corners that also pass the high threshold come first, and the weak ones are used where a cell has no
+/// strong one; every cell gives its strongest corner, then its second, and so on, until the level's share of
+/// the features is reached; orientation by the intensity centroid; steered BRIEF descriptor on the smoothed
+/// level.
 #pragma once
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
-#include <opencv2/features2d.hpp>
 #include <vector>
 
+#include "ratslam/common/worker_pool.h"
+#include "ratslam/orb_odometry/feature_kernels.h"
 #include "ratslam/orb_odometry/image_pyramid.h"
 
 namespace ratslam {
@@ -31,20 +33,36 @@ struct ExtractorParams {
   int weak_threshold = 7;
 };
 
+/// A corner at one level of the pyramid.
+struct Corner {
+  int x = 0;
+  int y = 0;
+  int score = 0;  ///< FAST
+};
+
 class FeatureExtractor {
  public:
-  explicit FeatureExtractor(const ExtractorParams& params);
+  /// @param level instruction set; the features do not depend on it.
+  explicit FeatureExtractor(const ExtractorParams& params, SimdLevel level = bestSimdLevel());
 
   /// Features of an image, `pixel` left equal to `raw`. @param descriptors [out] one row of 32 bytes a
   /// feature.
-  std::vector<Feature> extract(const ImagePyramid& pyramid, cv::Mat& descriptors) const;
+  /// @param workers share the levels.
+  std::vector<Feature> extract(const ImagePyramid& pyramid, cv::Mat& descriptors, WorkerPool& workers) const;
 
  private:
-  std::vector<cv::KeyPoint> cornersOfLevel(const cv::Mat& image, int quota) const;
+  struct LevelFeatures {
+    std::vector<Feature> features;
+    cv::Mat descriptors;
+  };
+  LevelFeatures featuresOfLevel(const ImagePyramid& pyramid, int level, int quota) const;
+  std::vector<Corner> detect(const cv::Mat& image) const;
+  std::vector<Corner> cornersOfLevel(const cv::Mat& image, int quota) const;
+  cv::Mat smoothed(const cv::Mat& image) const;
 
   ExtractorParams params_;
-  cv::Ptr<cv::ORB> describer_;
-  std::vector<int> row_half_widths_;  // of the disc that the intensity centroid is taken over
+  const FeatureKernels& kernels_;
+  BriefPattern pattern_;
 };
 
 }  // namespace ratslam

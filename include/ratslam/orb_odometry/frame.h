@@ -2,8 +2,10 @@
 /// place, its pose, and which landmarks it observes where.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "ratslam/common/stamp.h"
@@ -20,34 +22,58 @@ constexpr LandmarkId kNoLandmark = -1;
 /// Finds the points near a place: a regular grid of buckets over the undistorted image.
 class PointGrid {
  public:
+  struct Point {
+    Eigen::Vector2d pixel;  ///< undistorted
+    int feature = 0;        ///< index
+    int level = 0;          ///< of the pyramid
+  };
+
   PointGrid() = default;
   PointGrid(const std::vector<Feature>& features, double cell_size);
 
-  /// Calls visit(index) for each feature in the cells that a square around `centre` touches, in a fixed
+  /// Calls visit(point) for each feature in the cells that a square around `centre` touches, in a fixed
   /// order.
   template <class Visit>
   void forEachNear(const Eigen::Vector2d& centre, double radius, Visit&& visit) const {
     const int left = clampColumn(centre.x() - radius);
     const int right = clampColumn(centre.x() + radius);
-    const int top = clampRow(centre.y() - radius);
     const int bottom = clampRow(centre.y() + radius);
-    for (int row = top; row <= bottom; ++row) {
-      const int begin = starts_[static_cast<std::size_t>(row * columns_ + left)];
-      const int end = starts_[static_cast<std::size_t>(row * columns_ + right) + 1];
-      for (int slot = begin; slot < end; ++slot) visit(indices_[static_cast<std::size_t>(slot)]);
+    for (int row = clampRow(centre.y() - radius); row <= bottom; ++row) visitCells(row, left, right, visit);
+  }
+
+  /// The same for the cells that come within `reach` of a line segment.
+  template <class Visit>
+  void forEachAlong(const Eigen::Vector2d& begin, const Eigen::Vector2d& end, double reach,
+                    Visit&& visit) const {
+    const int bottom = clampRow(std::max(begin.y(), end.y()) + reach);
+    for (int row = clampRow(std::min(begin.y(), end.y()) - reach); row <= bottom; ++row) {
+      const auto [from, to] = columnsAlong(row, begin, end, reach);
+      visitCells(row, from, to, visit);
     }
   }
 
  private:
-  int clampColumn(double x) const;
-  int clampRow(double y) const;
+  template <class Visit>
+  void visitCells(int row, int left, int right, Visit&& visit) const {
+    const int begin = starts_[static_cast<std::size_t>(row * columns_ + left)];
+    const int end = starts_[static_cast<std::size_t>(row * columns_ + right) + 1];
+    for (int slot = begin; slot < end; ++slot) visit(points_[static_cast<std::size_t>(slot)]);
+  }
+  std::pair<int, int> columnsAlong(int row, const Eigen::Vector2d& begin, const Eigen::Vector2d& end,
+                                   double reach) const;
+  int clampColumn(double x) const {
+    return static_cast<int>(std::clamp((x - origin_.x()) * cells_per_pixel_, 0.0, columns_ - 1.0));
+  }
+  int clampRow(double y) const {
+    return static_cast<int>(std::clamp((y - origin_.y()) * cells_per_pixel_, 0.0, rows_ - 1.0));
+  }
 
-  double cell_size_ = 1.0;
+  double cells_per_pixel_ = 1.0;
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
   int columns_ = 1;
   int rows_ = 1;
   std::vector<int> starts_ = {0, 0};  // first slot of each cell; one more than there are cells
-  std::vector<int> indices_;
+  std::vector<Point> points_;         // cell by cell, row by row
 };
 
 /// Where a frame sees a landmark.
@@ -73,7 +99,7 @@ struct Frame {
 
 /// A frame without pose and observations. @param grey 8-bit, one channel, of the camera's size.
 Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
-                const FeatureExtractor& extractor, const ExtractorParams& params);
+                const FeatureExtractor& extractor, const ExtractorParams& params, WorkerPool& workers);
 
 /// Gives a frame's features and observations the places that another calibration undistorts them to.
 void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to);

@@ -7,6 +7,7 @@
 
 #include <vector>
 
+#include "ratslam/common/worker_pool.h"
 #include "ratslam/orb_odometry/local_map.h"
 #include "ratslam/orb_odometry/pose_refinement.h"
 
@@ -25,12 +26,13 @@ struct TrackingOutcome {
 
 /// On success sets the frame's pose and observations (inliers only) and counts landmarks as visible and
 /// found.
-/// @param last observations of the frame before.
+/// @param last observations of the frame before. @param workers share the landmarks.
 TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::vector<Observation>& last,
-                           const RigidTransform& predicted, Frame& frame, const TrackingParams& params);
+                           const RigidTransform& predicted, Frame& frame, const TrackingParams& params,
+                           WorkerPool& workers);
 
 /// The second half of trackFrame by itself: from a pose that is right to a few pixels.
 TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose,
-                              Frame& frame, const TrackingParams& params);
+                              Frame& frame, const TrackingParams& params, WorkerPool& workers);
 
 }  // namespace ratslam

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "ratslam/common/odometry.h"
+#include "ratslam/common/worker_pool.h"
 #include "ratslam/orb_odometry/camera_model.h"
 #include "ratslam/orb_odometry/feature_extractor.h"
 #include "ratslam/orb_odometry/frame_tracker.h"
@@ -93,6 +94,7 @@ class OrbOdometry {
 
   CameraModel camera_;
   OrbOdometryParams params_;
+  std::unique_ptr<WorkerPool> workers_;
   ExtractorParams extractor_params_;
   FeatureExtractor extractor_;
   TrackingParams tracking_params_;

@@ -29,6 +29,7 @@ struct OrbOdometryParams {
   double coast_time = 0.5;
   double relocalisation_time = 0.5;
   int relocalisation_inliers = 50;
+  int threads = 2;
 
   template <class Visitor>
   void visitFields(Visitor&& visit) {
@@ -64,6 +65,8 @@ struct OrbOdometryParams {
           "longest search for the map after coasting, before a fresh start [s]");
     visit("orb_relocalisation_inliers", relocalisation_inliers, Bounds{10, 1000},
           "landmarks needed to find back into the map");
+    visit("threads", threads, Bounds{1, 64},
+          "threads that share the work on an image; the results do not depend on it");
   }
   /// @throws std::invalid_argument naming key, value and bound.
   void validate() const;

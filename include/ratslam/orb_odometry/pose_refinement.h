@@ -49,9 +49,22 @@ struct Reprojection {
     return jacobian;
   }
 };
+constexpr double kMinDepth = 1e-6;  ///< nearer points have no image
+
 /// project(point) - pixel, for a point in the camera frame.
-Reprojection reproject(const CameraModel& camera, const Eigen::Vector3d& point_in_camera,
-                       const Eigen::Vector2d& pixel);
+inline Reprojection reproject(const CameraModel& camera, const Eigen::Vector3d& point_in_camera,
+                              const Eigen::Vector2d& pixel) {
+  Reprojection result;
+  result.depth = point_in_camera.z();
+  if (result.depth <= kMinDepth) return result;
+  const double inverse = 1.0 / result.depth;
+  const double x = point_in_camera.x() * inverse;
+  const double y = point_in_camera.y() * inverse;
+  result.error = Eigen::Vector2d(camera.fx * x + camera.cx, camera.fy * y + camera.cy) - pixel;
+  result.by_point_in_camera << camera.fx * inverse, 0.0, -camera.fx * x * inverse,  //
+      0.0, camera.fy * inverse, -camera.fy * y * inverse;
+  return result;
+}
 
 /// Standard deviation of one coordinate of two-dimensional Gaussian errors, from the median of their lengths.
 double robustSigma(std::vector<double> error_lengths);

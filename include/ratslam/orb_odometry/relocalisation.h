@@ -9,6 +9,6 @@ namespace ratslam {
 
 /// As trackFrame, from nothing. @param min_inliers landmarks that must agree in the end.
 TrackingOutcome relocalise(const CameraModel& camera, LocalMap& map, Frame& frame, int min_inliers,
-                           const TrackingParams& params);
+                           const TrackingParams& params, WorkerPool& workers);
 
 }  // namespace ratslam

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "ratslam/common/worker_pool.h"
 #include "ratslam/orb_odometry/local_map.h"
 #include "ratslam/orb_odometry/matching.h"
 
@@ -38,7 +39,8 @@ std::optional<Eigen::Vector3d> triangulate(const CameraModel& camera, const std:
 /// Largest angle between the rays of a point to the views' centres [rad].
 double parallax(const Eigen::Vector3d& point, const std::vector<View>& views);
 
-/// Adds landmarks to the map for the newest keyframe. @return how many.
-int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationParams& params);
+/// Adds landmarks to the map for the newest keyframe. @param workers share the features. @return how many.
+int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationParams& params,
+                 WorkerPool& workers);
 
 }  // namespace ratslam

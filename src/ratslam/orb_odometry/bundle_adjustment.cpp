@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ratslam/common/params.h"
 #include "ratslam/orb_odometry/pose_refinement.h"
@@ -23,18 +24,43 @@ double huberCost(double normalised, double threshold) {
   return normalised <= threshold ? 0.5 * normalised * normalised : threshold * (normalised - 0.5 * threshold);
 }
 
-double totalCost(const CameraModel& camera, const std::vector<RigidTransform>& poses,
-                 const std::vector<Eigen::Vector3d>& points,
-                 const std::vector<BundleObservation>& observations, double huber) {
+/// An observation as poses and points predict it.
+struct Prediction {
+  Eigen::Vector3d point_in_camera;
+  Reprojection reprojection;
+  double normalised = 0.0;  // length of the error [sigma]
+};
+
+struct Evaluation {
+  std::vector<Prediction> predictions;
   double cost = 0.0;
-  for (const BundleObservation& observation : observations) {
-    const Eigen::Vector3d x = poses[static_cast<std::size_t>(observation.pose)] *
-                              points[static_cast<std::size_t>(observation.point)];
-    const Reprojection reprojection = reproject(camera, x, observation.pixel);
-    const bool visible = reprojection.depth > 0.0;
-    cost += huberCost(visible ? reprojection.error.norm() / observation.sigma : kBehindCamera, huber);
+};
+
+std::vector<Eigen::Matrix3d> rotationsOf(const std::vector<RigidTransform>& poses) {
+  std::vector<Eigen::Matrix3d> rotations;
+  rotations.reserve(poses.size());
+  for (const RigidTransform& pose : poses) rotations.push_back(pose.rotation.toRotationMatrix());
+  return rotations;
+}
+
+void evaluate(const CameraModel& camera, const std::vector<RigidTransform>& poses,
+              const std::vector<Eigen::Vector3d>& points, const std::vector<BundleObservation>& observations,
+              double huber, Evaluation& evaluation) {
+  const std::vector<Eigen::Matrix3d> rotations = rotationsOf(poses);
+  evaluation.predictions.resize(observations.size());
+  evaluation.cost = 0.0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const BundleObservation& observation = observations[i];
+    const auto pose = static_cast<std::size_t>(observation.pose);
+    Prediction& prediction = evaluation.predictions[i];
+    prediction.point_in_camera =
+        rotations[pose] * points[static_cast<std::size_t>(observation.point)] + poses[pose].translation;
+    prediction.reprojection = reproject(camera, prediction.point_in_camera, observation.pixel);
+    prediction.normalised = prediction.reprojection.depth > 0.0
+                                ? prediction.reprojection.error.norm() / observation.sigma
+                                : kBehindCamera;
+    evaluation.cost += huberCost(prediction.normalised, huber);
   }
-  return cost;
 }
 
 /// Everything of the normal equations that does not depend on the damping.
@@ -46,7 +72,8 @@ struct Linearisation {
   std::vector<Matrix63> coupling;  // one an observation, zero for fixed poses
 };
 
-void linearise(const CameraModel& camera, const BundleProblem& problem, double huber, Linearisation& linear) {
+void linearise(const BundleProblem& problem, const Evaluation& evaluation, double huber,
+               Linearisation& linear) {
   const auto poses = static_cast<std::size_t>(problem.free_poses);
   linear.pose_hessian.assign(poses, Matrix6::Zero());
   linear.pose_gradient.assign(poses, Vector6::Zero());
@@ -54,19 +81,14 @@ void linearise(const CameraModel& camera, const BundleProblem& problem, double h
   linear.point_gradient.assign(problem.points.size(), Eigen::Vector3d::Zero());
   linear.coupling.resize(problem.observations.size());
 
-  std::vector<Eigen::Matrix3d> rotations;
-  rotations.reserve(problem.poses.size());
-  for (const RigidTransform& pose : problem.poses) rotations.push_back(pose.rotation.toRotationMatrix());
-
+  const std::vector<Eigen::Matrix3d> rotations = rotationsOf(problem.poses);
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     const BundleObservation& observation = problem.observations[i];
     const auto pose = static_cast<std::size_t>(observation.pose);
     const auto point = static_cast<std::size_t>(observation.point);
+    const auto& [x, reprojection, normalised] = evaluation.predictions[i];
     linear.coupling[i].setZero();
-    const Eigen::Vector3d x = rotations[pose] * problem.points[point] + problem.poses[pose].translation;
-    const Reprojection reprojection = reproject(camera, x, observation.pixel);
     if (!(reprojection.depth > 0.0)) continue;
-    const double normalised = reprojection.error.norm() / observation.sigma;
     const double weight =
         (normalised > huber ? huber / normalised : 1.0) / (observation.sigma * observation.sigma);
     const Eigen::Matrix<double, 2, 3> by_point = reprojection.by_point_in_camera * rotations[pose];
@@ -89,15 +111,16 @@ struct Step {
 
 /// Solves the damped normal equations: reduced system of the poses, then each point by itself.
 bool solveStep(const BundleProblem& problem, const Linearisation& linear, double damping, Step& step) {
+  const auto poses = static_cast<std::size_t>(problem.free_poses);
+  std::vector<Matrix6> blocks(poses * poses, Matrix6::Zero());  // row by row, lower triangle only
   const Eigen::Index size = 6 * problem.free_poses;
-  Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
-  for (int pose = 0; pose < problem.free_poses; ++pose) {
-    Matrix6 hessian = linear.pose_hessian[static_cast<std::size_t>(pose)];
+  for (std::size_t pose = 0; pose < poses; ++pose) {
+    Matrix6& hessian = blocks[pose * poses + pose];
+    hessian = linear.pose_hessian[pose];
     hessian.diagonal() *= 1.0 + damping;
     hessian.diagonal().array() += 1e-12;
-    reduced.block<6, 6>(6 * pose, 6 * pose) = hessian;
-    gradient.segment<6>(6 * pose) = linear.pose_gradient[static_cast<std::size_t>(pose)];
+    gradient.segment<6>(6 * static_cast<Eigen::Index>(pose)) = linear.pose_gradient[pose];
   }
 
   std::vector<Eigen::Matrix3d> inverse(problem.points.size(), Eigen::Matrix3d::Zero());
@@ -113,18 +136,25 @@ bool solveStep(const BundleProblem& problem, const Linearisation& linear, double
     inverse[point] = hessian.inverse();
     for (std::size_t a = begin; a < end; ++a) {
       if (observations[a].pose >= problem.free_poses) continue;
-      const Eigen::Index row = 6 * observations[a].pose;
+      const auto row = static_cast<std::size_t>(observations[a].pose);
       const Matrix63 product = linear.coupling[a] * inverse[point];
-      gradient.segment<6>(row).noalias() -= product * linear.point_gradient[point];
+      gradient.segment<6>(6 * observations[a].pose).noalias() -= product * linear.point_gradient[point];
       for (std::size_t b = begin; b < end; ++b) {
-        const Eigen::Index column = 6 * observations[b].pose;
-        if (observations[b].pose >= problem.free_poses || column > row) continue;  // lower triangle only
-        reduced.block<6, 6>(row, column).noalias() -= product * linear.coupling[b].transpose();
+        if (observations[b].pose > observations[a].pose) continue;
+        const auto column = static_cast<std::size_t>(observations[b].pose);
+        blocks[row * poses + column].noalias() -= product * linear.coupling[b].transpose();
       }
     }
     begin = end;
   }
 
+  Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(size, size);
+  for (std::size_t row = 0; row < poses; ++row) {
+    for (std::size_t column = 0; column <= row; ++column) {
+      reduced.block<6, 6>(6 * static_cast<Eigen::Index>(row), 6 * static_cast<Eigen::Index>(column)) =
+          blocks[row * poses + column];
+    }
+  }
   const Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> factor(reduced);
   step.poses = -factor.solve(gradient);
   if (factor.info() != Eigen::Success || !step.poses.allFinite()) return false;
@@ -164,17 +194,19 @@ void checkProblem(const BundleProblem& problem) {
 BundleSummary adjustBundle(const CameraModel& camera, BundleProblem& problem, const BundleOptions& options) {
   checkProblem(problem);
   BundleSummary summary;
-  double cost = totalCost(camera, problem.poses, problem.points, problem.observations, options.huber);
-  summary.initial_cost = summary.final_cost = cost;
+  Evaluation evaluation;
+  evaluate(camera, problem.poses, problem.points, problem.observations, options.huber, evaluation);
+  summary.initial_cost = summary.final_cost = evaluation.cost;
   if (problem.observations.empty()) return summary;
 
   Linearisation linear;
   Step step;
+  Evaluation moved_evaluation;
   double damping = kFirstDamping;
   bool moved = true;
   while (summary.iterations < options.max_iterations && damping < kMostDamping) {
     ++summary.iterations;
-    if (moved) linearise(camera, problem, options.huber, linear);
+    if (moved) linearise(problem, evaluation, options.huber, linear);
     moved = false;
     if (!solveStep(problem, linear, damping, step)) {
       damping *= 10.0;
@@ -187,20 +219,21 @@ BundleSummary adjustBundle(const CameraModel& camera, BundleProblem& problem, co
     }
     std::vector<Eigen::Vector3d> points = problem.points;
     for (std::size_t point = 0; point < points.size(); ++point) points[point] += step.points[point];
-    const double new_cost = totalCost(camera, poses, points, problem.observations, options.huber);
-    if (!(new_cost < cost)) {
+    evaluate(camera, poses, points, problem.observations, options.huber, moved_evaluation);
+    if (!(moved_evaluation.cost < evaluation.cost)) {
       damping *= 10.0;
       continue;
     }
-    const bool converged = cost - new_cost < options.relative_decrease * cost;
+    const bool converged =
+        evaluation.cost - moved_evaluation.cost < options.relative_decrease * evaluation.cost;
     problem.poses = std::move(poses);
     problem.points = std::move(points);
-    cost = new_cost;
+    std::swap(evaluation, moved_evaluation);
     damping = std::max(kLeastDamping, damping * 0.1);
     moved = true;
     if (converged) break;
   }
-  summary.final_cost = cost;
+  summary.final_cost = evaluation.cost;
   return summary;
 }
 

@@ -11,8 +11,7 @@ namespace ratslam {
 namespace {
 
 constexpr int kMaxNewtonSteps = 15;
-constexpr double kNewtonTolerance = 1e-10;  // in bearing units: far below a thousandth of a pixel
-constexpr double kJacobianStep = 1e-6;      // in bearing units
+constexpr double kNewtonTolerance = 1e-10;  // squared length of a step, in bearing units
 
 std::size_t coefficientCount(LensModel model) {
   switch (model) {
@@ -28,35 +27,54 @@ std::size_t coefficientCount(LensModel model) {
   return 0;
 }
 
-/// Distorted bearing of an ideal one.
-Eigen::Vector2d distortBearing(const CameraModel& camera, const Eigen::Vector2d& ideal) {
-  std::array<double, 8> k{};
+/// A bearing as the lens bends it, and the derivative by the ideal one.
+struct BentBearing {
+  Eigen::Vector2d bearing;
+  Eigen::Matrix2d jacobian;
+};
+
+using Coefficients = std::array<double, 8>;  // missing ones are zero
+
+Coefficients coefficientsOf(const CameraModel& camera) {
+  Coefficients k{};
   std::copy_n(camera.coefficients.begin(), std::min(camera.coefficients.size(), k.size()), k.begin());
-  const double r2 = ideal.squaredNorm();
-  if (camera.model == LensModel::kEquidistant) {
-    const double r = std::sqrt(r2);
-    if (r < 1e-12) return ideal;
-    const double theta = std::atan(r);
-    const double t2 = theta * theta;
-    const double bent = theta * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
-    return ideal * (bent / r);
-  }
-  const double x = ideal.x();
-  const double y = ideal.y();
-  const double radial =
-      (1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
-  return {x * radial + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x),
-          y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y};
+  return k;
 }
 
-Eigen::Matrix2d distortBearingJacobian(const CameraModel& camera, const Eigen::Vector2d& ideal) {
-  Eigen::Matrix2d jacobian;
-  for (int axis = 0; axis < 2; ++axis) {
-    const Eigen::Vector2d step = kJacobianStep * Eigen::Vector2d::Unit(axis);
-    jacobian.col(axis) =
-        (distortBearing(camera, ideal + step) - distortBearing(camera, ideal - step)) / (2.0 * kJacobianStep);
+BentBearing bendEquidistant(const Coefficients& k, const Eigen::Vector2d& ideal) {
+  const double r2 = ideal.squaredNorm();
+  const double r = std::sqrt(r2);
+  if (r < 1e-12) return {ideal, Eigen::Matrix2d::Identity()};
+  const double theta = std::atan(r);
+  const double t2 = theta * theta;
+  const double bent = theta * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
+  const double bent_by_theta =
+      1.0 + t2 * (3.0 * k[0] + t2 * (5.0 * k[1] + t2 * (7.0 * k[2] + t2 * 9.0 * k[3])));
+  const double scale = bent / r;
+  const double scale_by_r = (bent_by_theta / (1.0 + r2) - scale) / r;
+  return {ideal * scale, scale * Eigen::Matrix2d::Identity() + scale_by_r / r * ideal * ideal.transpose()};
+}
+
+inline BentBearing bend(LensModel model, const Coefficients& k, const Eigen::Vector2d& ideal) {
+  if (model == LensModel::kEquidistant) return bendEquidistant(k, ideal);
+  const double x = ideal.x();
+  const double y = ideal.y();
+  const double r2 = ideal.squaredNorm();
+  double radial = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+  double radial_by_r2 = k[0] + r2 * (2.0 * k[1] + r2 * 3.0 * k[4]);
+  if (model == LensModel::kRationalPolynomial) {
+    const double below = 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
+    const double below_by_r2 = k[5] + r2 * (2.0 * k[6] + r2 * 3.0 * k[7]);
+    radial /= below;
+    radial_by_r2 = (radial_by_r2 - radial * below_by_r2) / below;
   }
-  return jacobian;
+  BentBearing bent;
+  bent.bearing = {x * radial + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x),
+                  y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y};
+  const double across = 2.0 * (x * y * radial_by_r2 + k[2] * x + k[3] * y);
+  bent.jacobian << radial + 2.0 * (x * x * radial_by_r2 + k[2] * y + 3.0 * k[3] * x), across,  //
+      across, radial + 2.0 * (y * y * radial_by_r2 + 3.0 * k[2] * y + k[3] * x);
+  return bent;
 }
 
 /// Where Newton's method starts. An equidistant lens is undone along its radius first: at wide angles the
@@ -98,13 +116,20 @@ void CameraModel::validate() const {
 Eigen::Vector2d CameraModel::undistort(const Eigen::Vector2d& raw) const {
   if (model == LensModel::kNone) return raw;
   const Eigen::Vector2d bent((raw.x() - cx) / fx, (raw.y() - cy) / fy);
+  const Coefficients k = coefficientsOf(*this);
   Eigen::Vector2d ideal = firstGuess(*this, bent);
   for (int step = 0; step < kMaxNewtonSteps; ++step) {
-    const Eigen::Vector2d error = distortBearing(*this, ideal) - bent;
-    if (!(error.squaredNorm() > kNewtonTolerance * kNewtonTolerance)) break;
-    const Eigen::Matrix2d jacobian = distortBearingJacobian(*this, ideal);
-    if (!(std::abs(jacobian.determinant()) > 1e-9)) break;
-    ideal -= jacobian.inverse() * error;
+    const BentBearing now = bend(model, k, ideal);
+    const Eigen::Vector2d error = now.bearing - bent;
+    const double determinant = now.jacobian.determinant();
+    if (!(std::abs(determinant) > 1e-9)) break;
+    const Eigen::Vector2d correction =
+        Eigen::Vector2d(now.jacobian(1, 1) * error.x() - now.jacobian(0, 1) * error.y(),
+                        now.jacobian(0, 0) * error.y() - now.jacobian(1, 0) * error.x()) /
+        determinant;
+    ideal -= correction;
+    // Newton's method squares the error: what is left after this step is far below a thousandth of a pixel.
+    if (!(correction.squaredNorm() > kNewtonTolerance)) break;
   }
   if (!ideal.allFinite()) ideal = bent;
   return {fx * ideal.x() + cx, fy * ideal.y() + cy};
@@ -118,13 +143,15 @@ std::vector<Eigen::Vector2d> CameraModel::undistort(const std::vector<Eigen::Vec
 
 Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& pixel) const {
   if (model == LensModel::kNone) return pixel;
-  const Eigen::Vector2d bent = distortBearing(*this, {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy});
+  const Eigen::Vector2d bent =
+      bend(model, coefficientsOf(*this), {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}).bearing;
   return {fx * bent.x() + cx, fy * bent.y() + cy};
 }
 
 Eigen::Matrix2d CameraModel::distortJacobian(const Eigen::Vector2d& pixel) const {
   if (model == LensModel::kNone) return Eigen::Matrix2d::Identity();
-  Eigen::Matrix2d jacobian = distortBearingJacobian(*this, {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy});
+  Eigen::Matrix2d jacobian =
+      bend(model, coefficientsOf(*this), {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}).jacobian;
   jacobian(0, 1) *= fx / fy;
   jacobian(1, 0) *= fy / fx;
   return jacobian;

@@ -10,7 +10,8 @@ constexpr double kGridCell = 24.0;  // [px]
 
 }  // namespace
 
-PointGrid::PointGrid(const std::vector<Feature>& features, double cell_size) : cell_size_(cell_size) {
+PointGrid::PointGrid(const std::vector<Feature>& features, double cell_size)
+    : cells_per_pixel_(1.0 / cell_size) {
   if (features.empty()) return;
   Eigen::Vector2d low = features.front().pixel;
   Eigen::Vector2d high = low;
@@ -22,8 +23,8 @@ PointGrid::PointGrid(const std::vector<Feature>& features, double cell_size) : c
   // Wide lenses can throw single points very far out: the outermost cells then hold all that lies beyond
   // them.
   constexpr double kMostCells = 512.0;
-  columns_ = 1 + static_cast<int>(std::min(kMostCells, (high.x() - low.x()) / cell_size_));
-  rows_ = 1 + static_cast<int>(std::min(kMostCells, (high.y() - low.y()) / cell_size_));
+  columns_ = 1 + static_cast<int>(std::min(kMostCells, (high.x() - low.x()) / cell_size));
+  rows_ = 1 + static_cast<int>(std::min(kMostCells, (high.y() - low.y()) / cell_size));
 
   const auto cell_of = [&](const Feature& feature) {
     return static_cast<std::size_t>(clampRow(feature.pixel.y()) * columns_ + clampColumn(feature.pixel.x()));
@@ -32,26 +33,38 @@ PointGrid::PointGrid(const std::vector<Feature>& features, double cell_size) : c
   for (const Feature& feature : features) ++starts_[cell_of(feature) + 1];
   for (std::size_t cell = 1; cell < starts_.size(); ++cell) starts_[cell] += starts_[cell - 1];
   std::vector<int> next(starts_.begin(), starts_.end() - 1);
-  indices_.resize(features.size());
+  points_.resize(features.size());
   for (std::size_t i = 0; i < features.size(); ++i) {
-    indices_[static_cast<std::size_t>(next[cell_of(features[i])]++)] = static_cast<int>(i);
+    points_[static_cast<std::size_t>(next[cell_of(features[i])]++)] = {features[i].pixel, static_cast<int>(i),
+                                                                       features[i].level};
   }
 }
 
-int PointGrid::clampColumn(double x) const {
-  return static_cast<int>(std::clamp((x - origin_.x()) / cell_size_, 0.0, columns_ - 1.0));
-}
-
-int PointGrid::clampRow(double y) const {
-  return static_cast<int>(std::clamp((y - origin_.y()) / cell_size_, 0.0, rows_ - 1.0));
+std::pair<int, int> PointGrid::columnsAlong(int row, const Eigen::Vector2d& begin, const Eigen::Vector2d& end,
+                                            double reach) const {
+  // The piece of the segment that comes near the row's points; the outermost rows go on for ever.
+  const double top = row == 0 ? -1e9 : origin_.y() + row / cells_per_pixel_ - reach;
+  const double bottom = row == rows_ - 1 ? 1e9 : origin_.y() + (row + 1) / cells_per_pixel_ + reach;
+  const Eigen::Vector2d step = end - begin;
+  double first = 0.0;
+  double last = 1.0;
+  if (std::abs(step.y()) > 1e-9) {
+    const double at_top = (top - begin.y()) / step.y();
+    const double at_bottom = (bottom - begin.y()) / step.y();
+    first = std::clamp(std::min(at_top, at_bottom), 0.0, 1.0);
+    last = std::clamp(std::max(at_top, at_bottom), 0.0, 1.0);
+  }
+  const double from = begin.x() + first * step.x();
+  const double to = begin.x() + last * step.x();
+  return {clampColumn(std::min(from, to) - reach), clampColumn(std::max(from, to) + reach)};
 }
 
 Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
-                const FeatureExtractor& extractor, const ExtractorParams& params) {
+                const FeatureExtractor& extractor, const ExtractorParams& params, WorkerPool& workers) {
   Frame frame;
   frame.stamp = stamp;
   frame.pyramid = ImagePyramid(grey, params.levels, params.scale_factor);
-  frame.features = extractor.extract(frame.pyramid, frame.descriptors);
+  frame.features = extractor.extract(frame.pyramid, frame.descriptors, workers);
   if (camera.model != LensModel::kNone) {
     for (Feature& feature : frame.features) feature.pixel = camera.undistort(feature.raw);
   }

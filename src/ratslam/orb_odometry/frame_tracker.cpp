@@ -1,6 +1,8 @@
 #include "ratslam/orb_odometry/frame_tracker.h"
 
+#include <algorithm>
 #include <array>
+#include <optional>
 
 #include "ratslam/orb_odometry/matching.h"
 
@@ -9,6 +11,7 @@ namespace {
 
 constexpr std::array<double, 3> kSearchRadii = {12.0, 30.0, 70.0};  // around the predicted place [px]
 constexpr double kFallbackRadius = 6.0;  // descriptor search where alignment from the projection fails [px]
+constexpr std::size_t kShare = 64;       // landmarks that one worker takes at a time
 constexpr int kEnoughForPose = 40;       // inliers at which no wider search is needed
 
 /// Pose from descriptor matches of the last frame's landmarks.
@@ -39,44 +42,67 @@ PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map,
   return best;
 }
 
+/// What a frame shows of a landmark.
+struct Sighting {
+  bool in_view = false;
+  std::optional<Observation> observation;
+};
+
+Sighting findLandmark(const CameraModel& camera, const LocalMap& map, std::size_t index,
+                      const RigidTransform& pose, const Frame& frame) {
+  Sighting sighting;
+  const auto projected = projectLandmark(camera, map, index, pose);
+  if (!projected) return sighting;
+  sighting.in_view = true;
+  const AlignmentLimits limits;
+  sighting.observation = alignLandmark(camera, map, *projected, frame, projected->pixel, limits);
+  if (sighting.observation) return sighting;
+  DescriptorSearch search;
+  search.radius = kFallbackRadius;
+  const int found =
+      searchNear(frame, map.landmarks()[index].descriptor.data(), projected->pixel, projected->scale, search);
+  if (found < 0) return sighting;
+  const Eigen::Vector2d start = frame.features[static_cast<std::size_t>(found)].pixel;
+  sighting.observation = alignLandmark(camera, map, *projected, frame, start, limits);
+  return sighting;
+}
+
 }  // namespace
 
 TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::vector<Observation>& last,
-                           const RigidTransform& predicted, Frame& frame, const TrackingParams& params) {
+                           const RigidTransform& predicted, Frame& frame, const TrackingParams& params,
+                           WorkerPool& workers) {
   const PoseEstimate rough = poseFromLastFrame(camera, map, last, predicted, frame, params.loss);
   if (rough.inliers >= params.min_tracked / 2) {
-    TrackingOutcome outcome = trackLocalMap(camera, map, rough.T_camera_world, frame, params);
+    TrackingOutcome outcome = trackLocalMap(camera, map, rough.T_camera_world, frame, params, workers);
     if (outcome.tracked) return outcome;
   }
   // After blind frames the descriptors may fail where the prediction itself is still good to a few pixels.
-  return trackLocalMap(camera, map, predicted, frame, params);
+  return trackLocalMap(camera, map, predicted, frame, params, workers);
 }
 
 TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose,
-                              Frame& frame, const TrackingParams& params) {
+                              Frame& frame, const TrackingParams& params, WorkerPool& workers) {
+  const std::size_t landmarks = map.landmarks().size();
+  std::vector<Sighting> sightings(landmarks);
+  const std::size_t shares = (landmarks + kShare - 1) / kShare;
+  workers.run(static_cast<int>(shares), [&](int share) {
+    const std::size_t begin = static_cast<std::size_t>(share) * kShare;
+    for (std::size_t i = begin; i < std::min(landmarks, begin + kShare); ++i) {
+      sightings[i] = findLandmark(camera, map, i, pose, frame);
+    }
+  });
+
   TrackingOutcome outcome;
-  DescriptorSearch search;
-  search.radius = kFallbackRadius;
-  const AlignmentLimits limits;
   std::vector<Observation> observations;
   std::vector<PoseObservation> matches;
   std::vector<std::size_t> in_view;
-  for (std::size_t index = 0; index < map.landmarks().size(); ++index) {
-    const auto projected = projectLandmark(camera, map, index, pose);
-    if (!projected) continue;
-    in_view.push_back(index);
-    auto observation = alignLandmark(camera, map, *projected, frame, projected->pixel, limits);
-    if (!observation) {
-      const Landmark& landmark = map.landmarks()[index];
-      const int found =
-          searchNear(frame, landmark.descriptor.data(), projected->pixel, projected->scale, search);
-      if (found < 0) continue;
-      const Eigen::Vector2d start = frame.features[static_cast<std::size_t>(found)].pixel;
-      observation = alignLandmark(camera, map, *projected, frame, start, limits);
-    }
+  for (std::size_t i = 0; i < landmarks; ++i) {
+    if (sightings[i].in_view) in_view.push_back(i);
+    const auto& observation = sightings[i].observation;
     if (!observation) continue;
     observations.push_back(*observation);
-    matches.push_back({map.landmarks()[index].position, observation->pixel, observation->sigma});
+    matches.push_back({map.landmarks()[i].position, observation->pixel, observation->sigma});
   }
   outcome.in_view = static_cast<int>(in_view.size());
   outcome.estimate = refinePose(camera, pose, matches, params.loss);

@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <opencv2/core/hal/hal.hpp>
 
 namespace ratslam {
 namespace {
@@ -11,9 +10,11 @@ constexpr double kMargin = 8.0;             // from the image's edge [px]
 constexpr double kMostMagnification = 5.0;  // between the reference view and the present one
 constexpr double kLevelTolerance = 1.5;  // of a feature's scale against the predicted one: two levels of 1.2
 
+const FeatureKernels& kernels = featureKernels();
+
 }  // namespace
 
-int hammingDistance(const std::uint8_t* a, const std::uint8_t* b) { return cv::hal::normHamming(a, b, 32); }
+int hammingDistance(const std::uint8_t* a, const std::uint8_t* b) { return kernels.hammingDistance(a, b); }
 
 Eigen::Matrix2d predictWarp(const CameraModel& camera, const Eigen::Vector2d& pixel, double depth,
                             const RigidTransform& T_target_source) {
@@ -64,25 +65,21 @@ int searchNear(const Frame& frame, const std::uint8_t* descriptor, const Eigen::
   int best = search.max_distance + 1;
   int second = 256;
   int best_feature = -1;
-  frame.grid.forEachNear(pixel, radius, [&](int i) {
-    const Feature& feature = frame.features[static_cast<std::size_t>(i)];
-    const double level_scale = frame.pyramid.scale(feature.level);
+  Eigen::Vector2d best_pixel = Eigen::Vector2d::Zero();
+  frame.grid.forEachNear(pixel, radius, [&](const PointGrid::Point& point) {
+    if ((point.pixel - pixel).squaredNorm() > radius * radius) return;
+    const double level_scale = frame.pyramid.scale(point.level);
     if (level_scale > kLevelTolerance * scale || scale > kLevelTolerance * level_scale) return;
-    if ((feature.pixel - pixel).squaredNorm() > radius * radius) return;
-    const int distance = hammingDistance(descriptor, frame.descriptor(i));
+    const int distance = hammingDistance(descriptor, frame.descriptor(point.feature));
+    // The same corner found again at the next level is no rival.
+    const bool rival = best_feature >= 0 && (best_pixel - point.pixel).squaredNorm() > 9.0 * scale * scale;
     if (distance < best) {
-      // The same corner found again at the next level is no rival.
-      const bool rival =
-          best_feature >= 0 &&
-          (frame.features[static_cast<std::size_t>(best_feature)].pixel - feature.pixel).squaredNorm() >
-              9.0 * scale * scale;
-      if (rival || best_feature < 0) second = best_feature < 0 ? second : best;
+      if (rival) second = best;
       best = distance;
-      best_feature = i;
-    } else if (distance < second) {
-      const Eigen::Vector2d apart =
-          frame.features[static_cast<std::size_t>(best_feature < 0 ? i : best_feature)].pixel - feature.pixel;
-      if (best_feature < 0 || apart.squaredNorm() > 9.0 * scale * scale) second = distance;
+      best_feature = point.feature;
+      best_pixel = point.pixel;
+    } else if (distance < second && (rival || best_feature < 0)) {
+      second = distance;
     }
   });
   if (best_feature < 0 || best > search.max_ratio * second) return -1;

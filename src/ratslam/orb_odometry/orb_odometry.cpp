@@ -67,6 +67,7 @@ Eigen::Quaterniond cameraInBase(double pitch) {
 OrbOdometry::OrbOdometry(const CameraModel& camera, const OrbOdometryParams& params)
     : camera_(validated(camera)),
       params_(validated(params)),
+      workers_(std::make_unique<WorkerPool>(params.threads)),
       extractor_params_(extractorParams(params)),
       extractor_(extractor_params_),
       tracking_params_(trackingParams(params)),
@@ -103,7 +104,8 @@ OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image) {
     return result;
   }
   const double dt = last_result_ ? secondsBetween(last_result_->sample.stamp, stamp) : 0.0;
-  auto frame = std::make_shared<Frame>(makeFrame(stamp, grey, camera_, extractor_, extractor_params_));
+  auto frame =
+      std::make_shared<Frame>(makeFrame(stamp, grey, camera_, extractor_, extractor_params_, *workers_));
   result.sample.stamp = stamp;
   result.sample.pose = last_result_ ? last_result_->sample.pose : Eigen::Isometry3d::Identity();
 
@@ -143,9 +145,10 @@ void OrbOdometry::trackMap(OrbResult& result, double dt) {
   const std::vector<Observation> last = std::move(frame_->observations);
   frame_->observations.clear();
   const RigidTransform predicted = expTransform(velocity_ * dt) * lastPose();
-  TrackingOutcome outcome = trackFrame(camera_, *map_, last, predicted, *frame_, tracking_params_);
+  TrackingOutcome outcome = trackFrame(camera_, *map_, last, predicted, *frame_, tracking_params_, *workers_);
   if (!outcome.tracked) {
-    outcome = relocalise(camera_, *map_, *frame_, params_.relocalisation_inliers, tracking_params_);
+    outcome =
+        relocalise(camera_, *map_, *frame_, params_.relocalisation_inliers, tracking_params_, *workers_);
   }
   if (!outcome.tracked) {
     frame_->observations = last;
@@ -254,7 +257,7 @@ void OrbOdometry::takeKeyframe() {
   TriangulationParams triangulation;
   triangulation.min_parallax_deg = params_.min_parallax_deg;
   triangulation.max_new = params_.new_landmarks;
-  addLandmarks(camera_, *map_, triangulation);
+  addLandmarks(camera_, *map_, triangulation, *workers_);
   WindowParams window;
   window.free_keyframes = params_.window_keyframes;
   window.fixed_keyframes = params_.fixed_keyframes;

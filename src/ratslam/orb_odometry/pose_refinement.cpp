@@ -10,7 +10,6 @@ namespace {
 constexpr int kRounds = 4;
 constexpr int kStepsPerRound = 4;
 constexpr std::size_t kMinObservations = 6;
-constexpr double kMinDepth = 1e-6;
 constexpr double kConverged = 1e-9;  // squared length of a step below which a round ends
 
 struct NormalEquations {
@@ -40,20 +39,6 @@ NormalEquations accumulate(const CameraModel& camera, const RigidTransform& pose
 }
 
 }  // namespace
-
-Reprojection reproject(const CameraModel& camera, const Eigen::Vector3d& point_in_camera,
-                       const Eigen::Vector2d& pixel) {
-  Reprojection result;
-  result.depth = point_in_camera.z();
-  if (result.depth <= kMinDepth) return result;
-  const double inverse = 1.0 / result.depth;
-  const double x = point_in_camera.x() * inverse;
-  const double y = point_in_camera.y() * inverse;
-  result.error = Eigen::Vector2d(camera.fx * x + camera.cx, camera.fy * y + camera.cy) - pixel;
-  result.by_point_in_camera << camera.fx * inverse, 0.0, -camera.fx * x * inverse,  //
-      0.0, camera.fy * inverse, -camera.fy * y * inverse;
-  return result;
-}
 
 double robustSigma(std::vector<double> error_lengths) {
   if (error_lengths.empty()) return 0.0;

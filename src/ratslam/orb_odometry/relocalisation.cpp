@@ -35,7 +35,7 @@ int mostSimilar(const Frame& frame, const std::uint8_t* descriptor) {
 }  // namespace
 
 TrackingOutcome relocalise(const CameraModel& camera, LocalMap& map, Frame& frame, int min_inliers,
-                           const TrackingParams& params) {
+                           const TrackingParams& params, WorkerPool& workers) {
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
   std::vector<PoseObservation> matches;
@@ -68,7 +68,7 @@ TrackingOutcome relocalise(const CameraModel& camera, LocalMap& map, Frame& fram
   if (rough.inliers < params.min_tracked / 2) return {};
   TrackingParams strict = params;
   strict.min_tracked = min_inliers;
-  return trackLocalMap(camera, map, rough.T_camera_world, frame, strict);
+  return trackLocalMap(camera, map, rough.T_camera_world, frame, strict, workers);
 }
 
 }  // namespace ratslam

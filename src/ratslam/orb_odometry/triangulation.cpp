@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ratslam/common/angles.h"
 #include "ratslam/orb_odometry/pose_refinement.h"
@@ -11,6 +12,8 @@ namespace ratslam {
 namespace {
 
 constexpr int kRefinementSteps = 5;
+constexpr int kBatch = 512;  // features looked at together
+constexpr int kShare = 32;   // of them that one worker takes at a time
 
 /// The feature of `frame` on the epipolar line of `feature`, or -1.
 class EpipolarSearch {
@@ -21,7 +24,17 @@ class EpipolarSearch {
         to_(to),
         T_to_from_(to.T_camera_world * from.T_camera_world.inverse()),
         baseline_(T_to_from_.translation.norm()),
-        max_error_(max_error) {}
+        max_error_(max_error) {
+    for (int level = 0; level < from.pyramid.levels(); ++level) {
+      std::pair<int, int> similar(to.pyramid.levels(), -1);
+      for (int other = 0; other < to.pyramid.levels(); ++other) {
+        const double zoom = to.pyramid.scale(other) / from.pyramid.scale(level);
+        if (zoom > kMaxZoom || zoom < 1.0 / kMaxZoom) continue;
+        similar = {std::min(similar.first, other), std::max(similar.second, other)};
+      }
+      levels_.push_back(similar);
+    }
+  }
 
   double baseline() const { return baseline_; }
 
@@ -41,24 +54,17 @@ class EpipolarSearch {
     const double scale = from_.pyramid.scale(feature.level);
     const double reach = max_error_ * scale;
 
+    const std::pair<int, int> levels = levels_[static_cast<std::size_t>(feature.level)];
+
     Best best;
-    const int steps = 1 + static_cast<int>(length / (2.0 * kStep));
-    for (int step = 0; step < steps; ++step) {
-      const double middle = length * (step + 0.5) / steps;
-      const double half = 0.5 * length / steps;
-      to_.grid.forEachNear(begin + middle * direction, half + reach, [&](int i) {
-        const Feature& candidate = to_.features[static_cast<std::size_t>(i)];
-        const Eigen::Vector2d offset = candidate.pixel - begin;
-        const double along = direction.dot(offset);
-        if (along < middle - half || along > middle + half) {
-          const bool at_end = (step == 0 && along < 0.0 && along > -reach) ||
-                              (step == steps - 1 && along > length && along < length + reach);
-          if (!at_end) return;
-        }
-        if (std::abs(direction.x() * offset.y() - direction.y() * offset.x()) > reach) return;
-        consider(feature_index, i, scale, taken, best);
-      });
-    }
+    to_.grid.forEachAlong(begin, end, reach, [&](const PointGrid::Point& point) {
+      if (point.level < levels.first || point.level > levels.second) return;
+      const Eigen::Vector2d offset = point.pixel - begin;
+      const double along = direction.dot(offset);
+      if (along <= -reach || along >= length + reach) return;
+      if (std::abs(direction.x() * offset.y() - direction.y() * offset.x()) > reach) return;
+      consider(feature_index, point, scale, taken, best);
+    });
     return best.feature >= 0 && best.distance <= kMaxRatio * best.second ? best.feature : -1;
   }
 
@@ -66,35 +72,32 @@ class EpipolarSearch {
   static constexpr double kNearest = 1.5;    // baselines
   static constexpr double kMinZ = 0.05;      // of the distance: rays nearer to sideways leave any lens
   static constexpr double kLongest = 400.0;  // of an epipolar segment [px]
-  static constexpr double kStep = 16.0;      // along it [px]
   static constexpr int kMaxDistance = 60;    // [bits]
   static constexpr double kMaxRatio = 0.85;
   static constexpr float kMaxTurn = 30.0F;  // of a feature's direction [deg]
+  static constexpr double kMaxZoom = 1.8;   // of a feature's scale
 
   struct Best {
     int feature = -1;
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
     int distance = kMaxDistance + 1;
     int second = 256;
   };
 
-  void consider(int feature_index, int candidate_index, double scale, const std::vector<bool>& taken,
-                Best& best) const {
-    const Feature& feature = from_.features[static_cast<std::size_t>(feature_index)];
-    const Feature& candidate = to_.features[static_cast<std::size_t>(candidate_index)];
-    if (taken[static_cast<std::size_t>(candidate_index)]) return;
-    const double ratio = to_.pyramid.scale(candidate.level) / scale;
-    if (ratio > 1.8 || ratio < 1.0 / 1.8) return;
-    const float turn = std::abs(std::remainder(feature.angle_deg - candidate.angle_deg, 360.0F));
-    if (turn > kMaxTurn) return;
-    const int distance = hammingDistance(from_.descriptor(feature_index), to_.descriptor(candidate_index));
+  void consider(int feature_index, const PointGrid::Point& point, double scale,
+                const std::vector<bool>& taken, Best& best) const {
+    if (taken[static_cast<std::size_t>(point.feature)]) return;
+    const float turn = std::abs(from_.features[static_cast<std::size_t>(feature_index)].angle_deg -
+                                to_.features[static_cast<std::size_t>(point.feature)].angle_deg);
+    if (std::min(turn, 360.0F - turn) > kMaxTurn) return;
+    const int distance = hammingDistance(from_.descriptor(feature_index), to_.descriptor(point.feature));
     const bool same_corner =
-        best.feature >= 0 &&
-        (to_.features[static_cast<std::size_t>(best.feature)].pixel - candidate.pixel).squaredNorm() <
-            9.0 * scale * scale;
+        best.feature >= 0 && (best.pixel - point.pixel).squaredNorm() < 9.0 * scale * scale;
     if (distance < best.distance) {
       if (!same_corner && best.feature >= 0) best.second = best.distance;
       best.distance = distance;
-      best.feature = candidate_index;
+      best.feature = point.feature;
+      best.pixel = point.pixel;
     } else if (distance < best.second && !same_corner) {
       best.second = distance;
     }
@@ -106,6 +109,7 @@ class EpipolarSearch {
   RigidTransform T_to_from_;
   double baseline_;
   double max_error_;
+  std::vector<std::pair<int, int>> levels_;  // first and last that a feature of each level may be found at
 };
 
 /// Features that a landmark explains already, or that lie too near to one.
@@ -113,10 +117,9 @@ std::vector<bool> explainedFeatures(const Frame& frame, double spacing) {
   std::vector<bool> explained(frame.features.size(), false);
   for (const Observation& observation : frame.observations) {
     const double radius = spacing * std::min(2.0, std::max(1.0, observation.sigma));
-    frame.grid.forEachNear(observation.pixel, radius, [&](int i) {
-      const Feature& feature = frame.features[static_cast<std::size_t>(i)];
-      if ((feature.pixel - observation.pixel).squaredNorm() < radius * radius) {
-        explained[static_cast<std::size_t>(i)] = true;
+    frame.grid.forEachNear(observation.pixel, radius, [&](const PointGrid::Point& point) {
+      if ((point.pixel - observation.pixel).squaredNorm() < radius * radius) {
+        explained[static_cast<std::size_t>(point.feature)] = true;
       }
     });
   }
@@ -239,14 +242,19 @@ std::optional<Eigen::Vector3d> triangulate(const CameraModel& camera, const std:
   if (!(start.vectorD().minCoeff() > 1e-9)) return std::nullopt;
   Eigen::Vector3d point = start.solve(right);
 
+  std::vector<Eigen::Matrix3d> rotations;
+  rotations.reserve(views.size());
+  for (const View& view : views) rotations.push_back(view.T_camera_world.rotation.toRotationMatrix());
   for (int step = 0; step < kRefinementSteps; ++step) {
     hessian.setZero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    for (const View& view : views) {
-      const Reprojection reprojection = reproject(camera, view.T_camera_world * point, view.pixel);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const View& view = views[i];
+      const Reprojection reprojection =
+          reproject(camera, rotations[i] * point + view.T_camera_world.translation, view.pixel);
       if (!(reprojection.depth > 0.0)) return std::nullopt;
       const Eigen::Matrix<double, 2, 3> jacobian =
-          reprojection.by_point_in_camera * view.T_camera_world.rotation.toRotationMatrix() / view.sigma;
+          reprojection.by_point_in_camera * rotations[i] / view.sigma;
       hessian += jacobian.transpose() * jacobian;
       gradient += jacobian.transpose() * reprojection.error / view.sigma;
     }
@@ -273,7 +281,8 @@ double parallax(const Eigen::Vector3d& point, const std::vector<View>& views) {
   return std::acos(std::max(-1.0, smallest_cosine));
 }
 
-int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationParams& params) {
+int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationParams& params,
+                 WorkerPool& workers) {
   if (map.keyframes().size() < 2) return 0;
   Frame& newest = *map.keyframes().back().frame;
 
@@ -293,34 +302,48 @@ int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationPa
 
   std::vector<bool> explained = explainedFeatures(newest, params.spacing);
   const std::size_t searched = std::min(neighbours.size(), static_cast<std::size_t>(params.searched));
-  int added = 0;
-  for (int feature = 0; feature < static_cast<int>(newest.features.size()) && added < params.max_new;
-       ++feature) {
-    if (explained[static_cast<std::size_t>(feature)]) continue;
-    Candidate candidate(camera, map, feature);
-    bool settled = false;
-    for (std::size_t n = 0; n < searched && !settled; ++n) {
+  const auto find_landmark = [&](int feature) -> std::optional<Landmark> {
+    for (std::size_t n = 0; n < searched; ++n) {
       const int match = searches[n].find(feature, taken[n]);
-      if (match < 0 || !candidate.start(*neighbours[n], match, params)) continue;
+      if (match < 0) continue;
+      Candidate candidate(camera, map, feature);
+      if (!candidate.start(*neighbours[n], match, params)) continue;
       for (std::size_t other = 0; other < neighbours.size(); ++other) {
         if (other == n) continue;
         const Eigen::Vector3d x = neighbours[other]->frame->T_camera_world * candidate.point();
         if (x.z() > 0.0) candidate.look(*neighbours[other], camera.project(x), params.max_epipolar_error);
       }
-      settled = candidate.settle(params);
+      if (candidate.settle(params)) return candidate.landmark();
     }
-    if (!settled) continue;
-    Landmark landmark = candidate.landmark();
-    const LandmarkObservation here = landmark.observations.back();
-    const LandmarkId id = map.addLandmark(std::move(landmark));
-    newest.observations.push_back(
-        {id, here.pixel, here.sigma, newest.features[static_cast<std::size_t>(feature)].level});
-    newest.grid.forEachNear(here.pixel, params.spacing, [&](int i) {
-      const Eigen::Vector2d apart = newest.features[static_cast<std::size_t>(i)].pixel - here.pixel;
-      if (apart.squaredNorm() < params.spacing * params.spacing)
-        explained[static_cast<std::size_t>(i)] = true;
+    return std::nullopt;
+  };
+  // A batch of features is looked at in advance. Those that a landmark found in the same batch explains are
+  // dropped again: what is added is what one after the other would have given.
+  const int features = static_cast<int>(newest.features.size());
+  int added = 0;
+  for (int begin = 0; begin < features && added < params.max_new; begin += kBatch) {
+    const int end = std::min(features, begin + kBatch);
+    std::vector<std::optional<Landmark>> found(static_cast<std::size_t>(end - begin));
+    workers.run((end - begin + kShare - 1) / kShare, [&](int share) {
+      const int share_begin = begin + share * kShare;
+      for (int feature = share_begin; feature < std::min(end, share_begin + kShare); ++feature) {
+        if (explained[static_cast<std::size_t>(feature)]) continue;
+        found[static_cast<std::size_t>(feature - begin)] = find_landmark(feature);
+      }
     });
-    ++added;
+    for (int feature = begin; feature < end && added < params.max_new; ++feature) {
+      auto& landmark = found[static_cast<std::size_t>(feature - begin)];
+      if (!landmark || explained[static_cast<std::size_t>(feature)]) continue;
+      const LandmarkObservation here = landmark->observations.back();
+      const LandmarkId id = map.addLandmark(std::move(*landmark));
+      newest.observations.push_back(
+          {id, here.pixel, here.sigma, newest.features[static_cast<std::size_t>(feature)].level});
+      newest.grid.forEachNear(here.pixel, params.spacing, [&](const PointGrid::Point& point) {
+        if ((point.pixel - here.pixel).squaredNorm() < params.spacing * params.spacing)
+          explained[static_cast<std::size_t>(point.feature)] = true;
+      });
+      ++added;
+    }
   }
   return added;
 }

@@ -23,7 +23,8 @@ Frame frameOf(const cv::Mat& image, const RigidTransform& T_world_camera = {}) {
   CameraModel camera = smallCamera();
   camera.width = image.cols;
   camera.height = image.rows;
-  Frame frame = makeFrame(0, image, camera, FeatureExtractor(params), params);
+  WorkerPool workers(1);
+  Frame frame = makeFrame(0, image, camera, FeatureExtractor(params), params, workers);
   frame.T_camera_world = T_world_camera.inverse();
   return frame;
 }

@@ -252,6 +252,39 @@ TEST_F(OrbOdometryOnAStreet, TwoRunsGiveTheSameBits) {
   }
 }
 
+TEST_F(OrbOdometryOnAStreet, ThreadsDoNotChangeABit) {
+  std::vector<OrbResult> runs[3];
+  for (int run = 0; run < 3; ++run) {
+    OrbOdometryParams params = metric();
+    params.threads = 1 + run;
+    OrbOdometry odometry(smallCamera(), params);
+    next_frame_ = 0;
+    runs[run] = drive(
+        odometry, 30, [](int i) { return cameraAt(0.0, kStep * i, 0.01 * i); },
+        [](int i, cv::Mat& image) {
+          if (i == 20) image.setTo(128);  // finding back goes through all parts
+        });
+  }
+  for (int run = 1; run < 3; ++run) {
+    for (std::size_t i = 0; i < runs[0].size(); ++i) {
+      const OrbResult& alone = runs[0][i];
+      const OrbResult& shared = runs[run][i];
+      EXPECT_EQ(0, std::memcmp(alone.sample.pose->data(), shared.sample.pose->data(), 16 * sizeof(double)))
+          << i;
+      EXPECT_EQ(0, std::memcmp(alone.twist.data(), shared.twist.data(), sizeof(Vector6))) << i;
+      EXPECT_EQ(0, std::memcmp(alone.covariance.data(), shared.covariance.data(), sizeof(Matrix6))) << i;
+      EXPECT_EQ(alone.tracked_points, shared.tracked_points) << i;
+      EXPECT_EQ(alone.landmarks, shared.landmarks) << i;
+    }
+  }
+}
+
+TEST_F(OrbOdometryOnAStreet, ThreadsMustExist) {
+  OrbOdometryParams params = metric();
+  params.threads = 0;
+  EXPECT_THROW(OrbOdometry(smallCamera(), params), std::invalid_argument);
+}
+
 TEST_F(OrbOdometryOnAStreet, MapStaysBounded) {
   OrbOdometryParams params = smallParams();
   params.map_keyframes = 12;
