@@ -187,6 +187,7 @@ def test_conversion_needs_stamps_for_tum(files, fails):
         "evaluate_rpe",
         "evaluate_kitti",
         "plot_run",
+        "plot_scale",
         "report",
         "sweep",
         "reproduce_paper",

@@ -1,0 +1,115 @@
+"""plot_scale: what a map that carries scale makes of an odometry whose unit of length drifts."""
+
+import argparse
+import os
+
+import numpy as np
+
+from ratslam_tools import comparison, evaluation, plotting, truth
+from ratslam_tools.association import MAX_STAMP_DIFFERENCE_S
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import read_trajectory
+
+WINDOW_M = 60.0  # of true way, over which lengths are compared
+
+
+def local_scale(reference: np.ndarray, estimate: np.ndarray, window: float = WINDOW_M):
+    """Length of an estimate over that of the reference, along the way.
+
+    reference, estimate: positions (n, 3) of the same poses [m]. Returns (way, ratio): the middles of all
+    stretches of `window` metres of the reference, as way driven until there [m], and the ratio over each.
+    @throws InputError where the reference is shorter than one window.
+    """
+    driven = _way(reference)
+    if driven[-1] < window:
+        raise InputError(f"the true path is {driven[-1]:.1f} m long; {window:.0f} m are needed")
+    starts = np.arange(np.searchsorted(driven, driven[-1] - window, side="right"))
+    ends = np.minimum(np.searchsorted(driven, driven[starts] + window), len(driven) - 1)
+    length = _way(estimate)
+    ratio = (length[ends] - length[starts]) / (driven[ends] - driven[starts])
+    return 0.5 * (driven[starts] + driven[ends]), ratio
+
+
+def _way(positions: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
+
+
+def scale_figure(reference, estimates: dict):
+    """Maps over the truth, and the scale along the way.
+
+    reference: true trajectory in base axes; estimates: label -> (trajectory, colour). Each is aligned by
+    similarity. Returns the figure and the mean APE of each [m].
+    """
+    settings = comparison.Settings(
+        align=True,
+        correct_scale=True,
+        t_max_diff=MAX_STAMP_DIFFERENCE_S,
+        ref_frame="base",
+        est_frame="base",
+    )
+    pyplot = plotting.load()
+    figure, (plan, along) = pyplot.subplots(
+        1, 2, figsize=(12, 6.2), constrained_layout=True, gridspec_kw={"width_ratios": [1.15, 1.0]}
+    )
+    true = reference.positions
+    plan.plot(true[:, 0], true[:, 1], color=plotting.TRUTH, linewidth=1.2, linestyle="--", label="truth")
+    means = {}
+    for label, (trajectory, colour) in estimates.items():
+        result = evaluation.evaluate_ape(reference, [trajectory], settings)[0]
+        means[label] = float(result.errors.mean())
+        fitted = result.compared.estimate.positions
+        plan.plot(
+            fitted[:, 0], fitted[:, 1], color=colour, linewidth=1.4, label=f"{label}: {means[label]:.2f} m"
+        )
+        way, ratio = local_scale(result.compared.reference.positions, fitted)
+        along.plot(way, ratio, color=colour, linewidth=1.4, label=label)
+    plan.set_aspect("equal", adjustable="datalim")
+    plotting.scale_bar(plan)
+    plan.set_xlabel("x [m]")
+    plan.set_ylabel("y [m]")
+    plan.set_title("aligned by similarity; mean APE")
+    along.axhline(1.0, color=plotting.TRUTH, linewidth=1.2, linestyle="--")
+    along.set_xlabel("way [m]")
+    along.set_ylabel(f"length / true length, over {WINDOW_M:.0f} m")
+    along.set_title("scale along the way")
+    for axes in (plan, along):
+        axes.grid(alpha=0.25)
+        axes.legend(loc="best", fontsize=9)
+    return figure, means
+
+
+def main(argv=None) -> None:
+    """plot_scale."""
+    parser = argparse.ArgumentParser(
+        prog="plot_scale",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="One drive mapped without and with scale, over the truth, beside the odometry alone; and "
+        "the scale of each along the way.",
+        epilog="examples:\n"
+        "  ratslam_run K --config config/kitti_orb.yaml --odometry orb --out out/with\n"
+        "  ratslam_run K --config config/kitti_orb.yaml --odometry orb --set exp_scale=false --out out/without\n"
+        "  plot_scale out/without out/with --truth K --out scale.png",
+    )
+    parser.add_argument("without", metavar="WITHOUT", help="folder of the run with exp_scale=false")
+    parser.add_argument("with_scale", metavar="WITH", help="folder of the run with exp_scale=true")
+    parser.add_argument(
+        "--truth", required=True, metavar="FILE", help="true trajectory, as plot_run takes it"
+    )
+    parser.add_argument("--times", metavar="FILE", help="times.txt of KITTI poses, if it does not lie beside")
+    parser.add_argument("--out", required=True, metavar="FILE", help="picture to write, .png or .pdf")
+    arguments = parser.parse_args(argv)
+    final = "trajectory_final.tum"
+    sources = {
+        "odometry alone": (arguments.with_scale, "trajectory_odometry.tum", "0.6"),
+        "map without scale": (arguments.without, final, plotting.ONLINE),
+        "map with scale": (arguments.with_scale, final, plotting.FINAL),
+    }
+    estimates = {
+        label: (read_trajectory(os.path.join(folder, name)), colour)
+        for label, (folder, name, colour) in sources.items()
+    }
+    figure, means = scale_figure(truth.read_truth(arguments.truth, arguments.times), estimates)
+    plotting.finish(plotting.load(), figure, arguments.out, dpi=100)
+    for label, mean in means.items():
+        print(f"{label:20} mean APE {mean:7.3f} m")
+    print(f"wrote {arguments.out}")
