@@ -9,6 +9,7 @@
 
 #include "ratslam/common/worker_pool.h"
 #include "ratslam/orb_odometry/local_map.h"
+#include "ratslam/orb_odometry/patch_alignment.h"
 #include "ratslam/orb_odometry/pose_refinement.h"
 
 namespace ratslam {
@@ -16,6 +17,7 @@ namespace ratslam {
 struct TrackingParams {
   int min_tracked = 25;  ///< landmarks below which tracking has failed
   RobustLoss loss;
+  AlignmentLimits alignment;
 };
 
 struct TrackingOutcome {

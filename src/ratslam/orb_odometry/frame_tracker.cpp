@@ -12,7 +12,8 @@ namespace {
 constexpr std::array<double, 3> kSearchRadii = {12.0, 30.0, 70.0};  // around the predicted place [px]
 constexpr double kFallbackRadius = 6.0;  // descriptor search where alignment from the projection fails [px]
 constexpr std::size_t kShare = 64;       // landmarks that one worker takes at a time
-constexpr int kEnoughForPose = 40;       // inliers at which no wider search is needed
+constexpr double kLenientCorrelation = 0.7;  // of patches where tracking fails otherwise
+constexpr int kEnoughForPose = 40;           // inliers at which no wider search is needed
 
 /// Pose from descriptor matches of the last frame's landmarks.
 PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map,
@@ -49,12 +50,11 @@ struct Sighting {
 };
 
 Sighting findLandmark(const CameraModel& camera, const LocalMap& map, std::size_t index,
-                      const RigidTransform& pose, const Frame& frame) {
+                      const RigidTransform& pose, const Frame& frame, const AlignmentLimits& limits) {
   Sighting sighting;
   const auto projected = projectLandmark(camera, map, index, pose);
   if (!projected) return sighting;
   sighting.in_view = true;
-  const AlignmentLimits limits;
   sighting.observation = alignLandmark(camera, map, *projected, frame, projected->pixel, limits);
   if (sighting.observation) return sighting;
   DescriptorSearch search;
@@ -73,12 +73,19 @@ TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::
                            const RigidTransform& predicted, Frame& frame, const TrackingParams& params,
                            WorkerPool& workers) {
   const PoseEstimate rough = poseFromLastFrame(camera, map, last, predicted, frame, params.loss);
-  if (rough.inliers >= params.min_tracked / 2) {
+  const bool rough_is_good = rough.inliers >= params.min_tracked / 2;
+  if (rough_is_good) {
     TrackingOutcome outcome = trackLocalMap(camera, map, rough.T_camera_world, frame, params, workers);
     if (outcome.tracked) return outcome;
   }
   // After blind frames the descriptors may fail where the prediction itself is still good to a few pixels.
-  return trackLocalMap(camera, map, predicted, frame, params, workers);
+  TrackingOutcome outcome = trackLocalMap(camera, map, predicted, frame, params, workers);
+  if (outcome.tracked) return outcome;
+  // And the camera has come so much nearer that patches look less like themselves.
+  TrackingParams lenient = params;
+  lenient.alignment.min_correlation = kLenientCorrelation;
+  return trackLocalMap(camera, map, rough_is_good ? rough.T_camera_world : predicted, frame, lenient,
+                       workers);
 }
 
 TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose,
@@ -89,7 +96,7 @@ TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const Ri
   workers.run(static_cast<int>(shares), [&](int share) {
     const std::size_t begin = static_cast<std::size_t>(share) * kShare;
     for (std::size_t i = begin; i < std::min(landmarks, begin + kShare); ++i) {
-      sightings[i] = findLandmark(camera, map, i, pose, frame);
+      sightings[i] = findLandmark(camera, map, i, pose, frame, params.alignment);
     }
   });
 
