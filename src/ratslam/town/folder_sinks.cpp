@@ -149,8 +149,8 @@ class RecorderSink : public TownSink {
     *images_ << ms << ",images/" << ms << ".jpeg\n";
     for (const ImuSample& sample : frame.imu) {
       *imu_ << milliseconds(sample.stamp);
-      for (const double value : sample.acceleration) *imu_ << "," << fixed(value, 6);
-      for (const double value : sample.angular_rate) *imu_ << "," << fixed(value, 6);
+      for (int i = 0; i < 3; ++i) *imu_ << "," << fixed(sample.acceleration[i], 6);
+      for (int i = 0; i < 3; ++i) *imu_ << "," << fixed(sample.angular_rate[i], 6);
       *imu_ << "\n";
     }
     if (frame.gps)
@@ -160,7 +160,7 @@ class RecorderSink : public TownSink {
     // The images' stamps are whole milliseconds, and so are the truth's: they are the same.
     const Eigen::Quaterniond q(frame.T_world_camera.linear());
     *truth_ << ms.substr(0, ms.size() - 3) << "." << ms.substr(ms.size() - 3);
-    for (const double value : frame.T_world_camera.translation()) *truth_ << " " << digits(value, 12);
+    for (int i = 0; i < 3; ++i) *truth_ << " " << digits(frame.T_world_camera.translation()[i], 12);
     for (const double value : {q.x(), q.y(), q.z(), q.w()}) *truth_ << " " << digits(value, 12);
     *truth_ << "\n";
   }
