@@ -119,7 +119,7 @@ GpsFix DriveSensors::gps(std::size_t frame) const {
   HashStream random(hashOf(seed_, 2, frame));
   const double sigma = options_.gps_noise;
   Eigen::Vector3d enu(place.x(), place.z(), -place.y());
-  for (double& axis : enu) axis += sigma * random.normal();
+  for (int axis = 0; axis < 3; ++axis) enu[axis] += sigma * random.normal();
   const Eigen::Vector3d position =
       geodeticFromEnu({options_.origin[0], options_.origin[1], options_.origin[2]}, enu);
   const Eigen::Vector3d motion = velocity(frame);
