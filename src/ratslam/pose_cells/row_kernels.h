@@ -32,12 +32,14 @@ inline void eachSegment(RowSet<const double> in, RowSet<double> out, int rows, c
 /// Two overlapping copies of `kCount` cells where a row has room for one, down to single cells.
 template <int kCount>
 inline void copyShort(const double* from, double* to, int count) {
-  typedef double Part __attribute__((vector_size(kCount * sizeof(double)), aligned(8), may_alias));
+  // Not through a vector type: GCC 9 forgets the alignment of one whose size is a template's.
   if (count >= kCount) {
-    const Part first = *reinterpret_cast<const Part*>(from);
-    const Part last = *reinterpret_cast<const Part*>(from + count - kCount);
-    *reinterpret_cast<Part*>(to) = first;
-    *reinterpret_cast<Part*>(to + count - kCount) = last;
+    double first[kCount];
+    double last[kCount];
+    __builtin_memcpy(first, from, sizeof(first));
+    __builtin_memcpy(last, from + count - kCount, sizeof(last));
+    __builtin_memcpy(to, first, sizeof(first));
+    __builtin_memcpy(to + count - kCount, last, sizeof(last));
   } else if constexpr (kCount > 2) {
     copyShort<kCount / 2>(from, to, count);
   } else if (count == 1) {
