@@ -20,6 +20,12 @@ enum class LensModel { kNone, kPlumbBob, kRationalPolynomial, kEquidistant };
 /// @throws std::invalid_argument for any other name.
 LensModel lensModelFromName(const std::string& name);
 
+/// Where the lens puts an undistorted pixel, and the derivative by it.
+struct DistortedPixel {
+  Eigen::Vector2d raw;
+  Eigen::Matrix2d jacobian;
+};
+
 struct CameraModel {
   int width = 0;    ///< [px]
   int height = 0;   ///< [px]
@@ -37,10 +43,11 @@ struct CameraModel {
   /// Newton's method gets; they are finite always.
   std::vector<Eigen::Vector2d> undistort(const std::vector<Eigen::Vector2d>& raw) const;
   Eigen::Vector2d undistort(const Eigen::Vector2d& raw) const;
+  /// The same, sooner where something near the result is known.
+  Eigen::Vector2d undistort(const Eigen::Vector2d& raw, const Eigen::Vector2d& guess) const;
   /// The inverse of undistort.
   Eigen::Vector2d distort(const Eigen::Vector2d& pixel) const;
-  /// Derivative of distort at an undistorted pixel.
-  Eigen::Matrix2d distortJacobian(const Eigen::Vector2d& pixel) const;
+  DistortedPixel distortWithJacobian(const Eigen::Vector2d& pixel) const;
   /// The same camera with something added to its first two radial coefficients (k1, k2); one without a lens
   /// model gets plumb_bob.
   CameraModel withRadialChange(const Eigen::Vector2d& change) const;

@@ -30,6 +30,8 @@ class PointGrid {
 
   PointGrid() = default;
   PointGrid(const std::vector<Feature>& features, double cell_size);
+  /// The same grid without some of the features. @param left_out one flag a feature.
+  PointGrid without(const std::vector<bool>& left_out) const;
 
   /// Calls visit(point) for each feature in the cells that a square around `centre` touches, in a fixed
   /// order.

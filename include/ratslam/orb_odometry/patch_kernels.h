@@ -60,7 +60,7 @@ struct PatchKernels {
                        const PatchTemplate& patch);
 };
 
-/// Those of AVX2, and for every other level what all machines of the architecture have.
+/// Those of AVX-512 or AVX2, and for every other level what all machines of the architecture have.
 /// @pre the machine has the level.
 const PatchKernels& patchKernels(SimdLevel level = bestSimdLevel());
 

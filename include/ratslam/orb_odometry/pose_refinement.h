@@ -42,10 +42,23 @@ struct Reprojection {
   Eigen::Matrix<double, 2, 3> by_point_in_camera = Eigen::Matrix<double, 2, 3>::Zero();
   double depth = 0.0;  ///< the rest is valid where it is positive
 
+  /// (I, -skew(point_in_camera)) after by_point_in_camera, whose zeros are left out.
   Eigen::Matrix<double, 2, 6> byPose(const Eigen::Vector3d& point_in_camera) const {
+    const Eigen::Vector3d& p = point_in_camera;
+    const double a = by_point_in_camera(0, 0);
+    const double b = by_point_in_camera(0, 2);
+    const double c = by_point_in_camera(1, 1);
+    const double d = by_point_in_camera(1, 2);
     Eigen::Matrix<double, 2, 6> jacobian;
-    jacobian.leftCols<3>() = by_point_in_camera;
-    jacobian.rightCols<3>() = -by_point_in_camera * skew(point_in_camera);
+    jacobian << a, 0.0, b, b * p.y(), a * p.z() - b * p.x(), -a * p.y(),  //
+        0.0, c, d, d * p.y() - c * p.z(), -d * p.x(), c * p.x();
+    return jacobian;
+  }
+  /// By the point in the world, for the rotation of the camera from the world; zeros left out likewise.
+  Eigen::Matrix<double, 2, 3> byPoint(const Eigen::Matrix3d& rotation) const {
+    Eigen::Matrix<double, 2, 3> jacobian;
+    jacobian.row(0) = by_point_in_camera(0, 0) * rotation.row(0) + by_point_in_camera(0, 2) * rotation.row(2);
+    jacobian.row(1) = by_point_in_camera(1, 1) * rotation.row(1) + by_point_in_camera(1, 2) * rotation.row(2);
     return jacobian;
   }
 };

@@ -7,11 +7,18 @@
 
 #include "ratslam/common/params.h"
 #include "ratslam/orb_odometry/pose_refinement.h"
+#include "ratslam/orb_odometry/schur_kernels.h"
 
 namespace ratslam {
 namespace {
 
-using Matrix63 = Eigen::Matrix<double, 6, 3>;
+/// The used rows of a padded column-major array.
+template <int Columns>
+using Padded = Eigen::Map<Eigen::Matrix<double, 6, Columns>, 0, Eigen::OuterStride<kSchurRows>>;
+template <int Columns>
+using ConstPadded = Eigen::Map<const Eigen::Matrix<double, 6, Columns>, 0, Eigen::OuterStride<kSchurRows>>;
+
+const SchurKernels& kernels = schurKernels();
 
 constexpr double kFirstDamping = 1e-5;
 constexpr double kLeastDamping = 1e-9;
@@ -69,7 +76,8 @@ struct Linearisation {
   std::vector<Vector6> pose_gradient;
   std::vector<Eigen::Matrix3d> point_hessian;
   std::vector<Eigen::Vector3d> point_gradient;
-  std::vector<Matrix63> coupling;  // one an observation, zero for fixed poses
+  std::vector<FreeView> views;  // by free poses, those of one point together
+  std::vector<int> first_view;  // of each point, and the end
 };
 
 void linearise(const BundleProblem& problem, const Evaluation& evaluation, double huber,
@@ -79,7 +87,8 @@ void linearise(const BundleProblem& problem, const Evaluation& evaluation, doubl
   linear.pose_gradient.assign(poses, Vector6::Zero());
   linear.point_hessian.assign(problem.points.size(), Eigen::Matrix3d::Zero());
   linear.point_gradient.assign(problem.points.size(), Eigen::Vector3d::Zero());
-  linear.coupling.resize(problem.observations.size());
+  linear.views.clear();
+  linear.first_view.assign(1, 0);
 
   const std::vector<Eigen::Matrix3d> rotations = rotationsOf(problem.poses);
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
@@ -87,11 +96,12 @@ void linearise(const BundleProblem& problem, const Evaluation& evaluation, doubl
     const auto pose = static_cast<std::size_t>(observation.pose);
     const auto point = static_cast<std::size_t>(observation.point);
     const auto& [x, reprojection, normalised] = evaluation.predictions[i];
-    linear.coupling[i].setZero();
+    while (linear.first_view.size() <= point)
+      linear.first_view.push_back(static_cast<int>(linear.views.size()));
     if (!(reprojection.depth > 0.0)) continue;
     const double weight =
         (normalised > huber ? huber / normalised : 1.0) / (observation.sigma * observation.sigma);
-    const Eigen::Matrix<double, 2, 3> by_point = reprojection.by_point_in_camera * rotations[pose];
+    const Eigen::Matrix<double, 2, 3> by_point = reprojection.byPoint(rotations[pose]);
     const Eigen::Matrix<double, 3, 2> weighted = weight * by_point.transpose();
     linear.point_hessian[point].noalias() += weighted * by_point;
     linear.point_gradient[point].noalias() += weighted * reprojection.error;
@@ -100,8 +110,11 @@ void linearise(const BundleProblem& problem, const Evaluation& evaluation, doubl
     const Eigen::Matrix<double, 6, 2> weighted_pose = weight * by_pose.transpose();
     linear.pose_hessian[pose].noalias() += weighted_pose * by_pose;
     linear.pose_gradient[pose].noalias() += weighted_pose * reprojection.error;
-    linear.coupling[i].noalias() = weighted_pose * by_point;
+    linear.views.emplace_back();
+    linear.views.back().pose = observation.pose;
+    Padded<3>(linear.views.back().coupling[0]).noalias() = weighted_pose * by_point;
   }
+  linear.first_view.resize(problem.points.size() + 1, static_cast<int>(linear.views.size()));
 }
 
 struct Step {
@@ -109,65 +122,59 @@ struct Step {
   std::vector<Eigen::Vector3d> points;
 };
 
+/// Raises the diagonal as Levenberg and Marquardt do.
+template <class Matrix>
+void damp(Matrix&& hessian, double damping) {
+  hessian.diagonal() *= 1.0 + damping;
+  hessian.diagonal().array() += 1e-12;
+}
+
 /// Solves the damped normal equations: reduced system of the poses, then each point by itself.
 bool solveStep(const BundleProblem& problem, const Linearisation& linear, double damping, Step& step) {
-  const auto poses = static_cast<std::size_t>(problem.free_poses);
-  std::vector<Matrix6> blocks(poses * poses, Matrix6::Zero());  // row by row, lower triangle only
-  const Eigen::Index size = 6 * problem.free_poses;
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
-  for (std::size_t pose = 0; pose < poses; ++pose) {
-    Matrix6& hessian = blocks[pose * poses + pose];
-    hessian = linear.pose_hessian[pose];
-    hessian.diagonal() *= 1.0 + damping;
-    hessian.diagonal().array() += 1e-12;
-    gradient.segment<6>(6 * static_cast<Eigen::Index>(pose)) = linear.pose_gradient[pose];
+  const int poses = problem.free_poses;
+  std::vector<PoseEquations> equations(static_cast<std::size_t>(poses * poses));  // lower triangle only
+  for (int pose = 0; pose < poses; ++pose) {
+    PoseEquations& diagonal = equations[static_cast<std::size_t>(pose * poses + pose)];
+    Padded<6>(diagonal.hessian[0]) = linear.pose_hessian[static_cast<std::size_t>(pose)];
+    Padded<1>(diagonal.gradient) = linear.pose_gradient[static_cast<std::size_t>(pose)];
+    damp(Padded<6>(diagonal.hessian[0]), damping);
   }
-
-  std::vector<Eigen::Matrix3d> inverse(problem.points.size(), Eigen::Matrix3d::Zero());
-  const auto& observations = problem.observations;
-  std::size_t begin = 0;
-  while (begin < observations.size()) {
-    const auto point = static_cast<std::size_t>(observations[begin].point);
-    std::size_t end = begin;
-    while (end < observations.size() && observations[end].point == observations[begin].point) ++end;
+  std::vector<Eigen::Matrix3d> inverse(problem.points.size());
+  for (std::size_t point = 0; point < inverse.size(); ++point) {
     Eigen::Matrix3d hessian = linear.point_hessian[point];
-    hessian.diagonal() *= 1.0 + damping;
-    hessian.diagonal().array() += 1e-12;
+    damp(hessian, damping);
     inverse[point] = hessian.inverse();
-    for (std::size_t a = begin; a < end; ++a) {
-      if (observations[a].pose >= problem.free_poses) continue;
-      const auto row = static_cast<std::size_t>(observations[a].pose);
-      const Matrix63 product = linear.coupling[a] * inverse[point];
-      gradient.segment<6>(6 * observations[a].pose).noalias() -= product * linear.point_gradient[point];
-      for (std::size_t b = begin; b < end; ++b) {
-        if (observations[b].pose > observations[a].pose) continue;
-        const auto column = static_cast<std::size_t>(observations[b].pose);
-        blocks[row * poses + column].noalias() -= product * linear.coupling[b].transpose();
-      }
-    }
-    begin = end;
+    const int first = linear.first_view[point];
+    const int views = linear.first_view[point + 1] - first;
+    if (views == 0) continue;
+    PointEquations own;
+    Eigen::Map<Eigen::Matrix3d>(own.inverse[0]) = inverse[point];  // symmetric
+    Eigen::Map<Eigen::Vector3d>(own.gradient) = linear.point_gradient[point];
+    kernels.eliminatePoint(linear.views.data() + first, views, own, poses, equations.data());
   }
 
+  const Eigen::Index size = 6 * static_cast<Eigen::Index>(poses);
   Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(size, size);
-  for (std::size_t row = 0; row < poses; ++row) {
-    for (std::size_t column = 0; column <= row; ++column) {
-      reduced.block<6, 6>(6 * static_cast<Eigen::Index>(row), 6 * static_cast<Eigen::Index>(column)) =
-          blocks[row * poses + column];
+  Eigen::VectorXd gradient(size);
+  for (int row = 0; row < poses; ++row) {
+    for (int column = 0; column <= row; ++column) {
+      const PoseEquations& block = equations[static_cast<std::size_t>(row * poses + column)];
+      reduced.block<6, 6>(6 * row, 6 * column) = ConstPadded<6>(block.hessian[0]);
+      if (row == column) gradient.segment<6>(6 * row) = ConstPadded<1>(block.gradient);
     }
   }
   const Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> factor(reduced);
   step.poses = -factor.solve(gradient);
   if (factor.info() != Eigen::Success || !step.poses.allFinite()) return false;
 
-  step.points.assign(problem.points.size(), Eigen::Vector3d::Zero());
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    const auto point = static_cast<std::size_t>(observations[i].point);
-    if (observations[i].pose >= problem.free_poses) continue;
-    step.points[point].noalias() -=
-        linear.coupling[i].transpose() * step.poses.segment<6>(6 * observations[i].pose);
-  }
+  step.points.resize(problem.points.size());
   for (std::size_t point = 0; point < step.points.size(); ++point) {
-    step.points[point] = inverse[point] * (step.points[point] - linear.point_gradient[point]).eval();
+    Eigen::Vector3d right = -linear.point_gradient[point];
+    for (int i = linear.first_view[point]; i < linear.first_view[point + 1]; ++i) {
+      const FreeView& view = linear.views[static_cast<std::size_t>(i)];
+      right.noalias() -= ConstPadded<3>(view.coupling[0]).transpose() * step.poses.segment<6>(6 * view.pose);
+    }
+    step.points[point].noalias() = inverse[point] * right;
   }
   return true;
 }

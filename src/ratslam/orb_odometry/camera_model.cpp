@@ -37,7 +37,8 @@ using Coefficients = std::array<double, 8>;  // missing ones are zero
 
 Coefficients coefficientsOf(const CameraModel& camera) {
   Coefficients k{};
-  std::copy_n(camera.coefficients.begin(), std::min(camera.coefficients.size(), k.size()), k.begin());
+  for (std::size_t i = 0; i < std::min(camera.coefficients.size(), k.size()); ++i)
+    k[i] = camera.coefficients[i];
   return k;
 }
 
@@ -115,9 +116,15 @@ void CameraModel::validate() const {
 
 Eigen::Vector2d CameraModel::undistort(const Eigen::Vector2d& raw) const {
   if (model == LensModel::kNone) return raw;
+  const Eigen::Vector2d start = firstGuess(*this, {(raw.x() - cx) / fx, (raw.y() - cy) / fy});
+  return undistort(raw, {fx * start.x() + cx, fy * start.y() + cy});
+}
+
+Eigen::Vector2d CameraModel::undistort(const Eigen::Vector2d& raw, const Eigen::Vector2d& guess) const {
+  if (model == LensModel::kNone) return raw;
   const Eigen::Vector2d bent((raw.x() - cx) / fx, (raw.y() - cy) / fy);
   const Coefficients k = coefficientsOf(*this);
-  Eigen::Vector2d ideal = firstGuess(*this, bent);
+  Eigen::Vector2d ideal((guess.x() - cx) / fx, (guess.y() - cy) / fy);
   for (int step = 0; step < kMaxNewtonSteps; ++step) {
     const BentBearing now = bend(model, k, ideal);
     const Eigen::Vector2d error = now.bearing - bent;
@@ -148,13 +155,12 @@ Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& pixel) const {
   return {fx * bent.x() + cx, fy * bent.y() + cy};
 }
 
-Eigen::Matrix2d CameraModel::distortJacobian(const Eigen::Vector2d& pixel) const {
-  if (model == LensModel::kNone) return Eigen::Matrix2d::Identity();
-  Eigen::Matrix2d jacobian =
-      bend(model, coefficientsOf(*this), {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}).jacobian;
-  jacobian(0, 1) *= fx / fy;
-  jacobian(1, 0) *= fy / fx;
-  return jacobian;
+DistortedPixel CameraModel::distortWithJacobian(const Eigen::Vector2d& pixel) const {
+  if (model == LensModel::kNone) return {pixel, Eigen::Matrix2d::Identity()};
+  BentBearing bent = bend(model, coefficientsOf(*this), {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy});
+  bent.jacobian(0, 1) *= fx / fy;
+  bent.jacobian(1, 0) *= fy / fx;
+  return {{fx * bent.bearing.x() + cx, fy * bent.bearing.y() + cy}, bent.jacobian};
 }
 
 CameraModel CameraModel::withRadialChange(const Eigen::Vector2d& change) const {

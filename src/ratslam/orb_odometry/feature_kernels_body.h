@@ -1,8 +1,8 @@
 /// The feature kernels, for whichever instruction set the including source has chosen. It defines
-/// RATSLAM_BYTE_LANES (bytes in a register) and includes this file inside an unnamed namespace of its own
+/// RATSLAM_REGISTER_BYTES (bytes in a register) and includes this file inside an unnamed namespace of its own
 /// target, after all standard headers: nothing here may be shared between targets by the linker.
 
-constexpr int kLanes = RATSLAM_BYTE_LANES;
+constexpr int kLanes = RATSLAM_REGISTER_BYTES;
 static_assert(kLanes <= kLeastRow, "rows may be shorter than a register");
 
 typedef std::uint8_t Bytes __attribute__((vector_size(kLanes), aligned(1), may_alias));
@@ -187,7 +187,7 @@ void describe(const std::uint8_t* centre, std::ptrdiff_t stride, const BriefPatt
 }
 
 inline int countBits(std::uint64_t word) {
-#if defined(__POPCNT__) || !defined(__x86_64__)
+#if RATSLAM_REGISTER_BYTES > 16 || !defined(__x86_64__)
   return __builtin_popcountll(word);
 #else
   // Without an instruction for it: sums of bits in fields that grow.
@@ -210,5 +210,5 @@ int hammingDistance(const std::uint8_t* a, const std::uint8_t* b) {
   return distance;
 }
 
-constexpr FeatureKernels kKernels{cornerScores, localMaxima, smoothColumns,  smoothRow,
-                                  discMoments,  describe,    hammingDistance};
+constexpr FeatureKernels kFeatureKernels{cornerScores, localMaxima, smoothColumns,  smoothRow,
+                                         discMoments,  describe,    hammingDistance};

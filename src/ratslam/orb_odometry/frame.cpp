@@ -40,6 +40,20 @@ PointGrid::PointGrid(const std::vector<Feature>& features, double cell_size)
   }
 }
 
+PointGrid PointGrid::without(const std::vector<bool>& left_out) const {
+  PointGrid rest = *this;
+  rest.points_.clear();
+  for (std::size_t cell = 0; cell + 1 < starts_.size(); ++cell) {
+    rest.starts_[cell] = static_cast<int>(rest.points_.size());
+    for (int slot = starts_[cell]; slot < starts_[cell + 1]; ++slot) {
+      const Point& point = points_[static_cast<std::size_t>(slot)];
+      if (!left_out[static_cast<std::size_t>(point.feature)]) rest.points_.push_back(point);
+    }
+  }
+  if (!rest.starts_.empty()) rest.starts_.back() = static_cast<int>(rest.points_.size());
+  return rest;
+}
+
 std::pair<int, int> PointGrid::columnsAlong(int row, const Eigen::Vector2d& begin, const Eigen::Vector2d& end,
                                             double reach) const {
   // The piece of the segment that comes near the row's points; the outermost rows go on for ever.
@@ -73,10 +87,10 @@ Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
 }
 
 void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to) {
-  for (Feature& feature : frame.features) feature.pixel = to.undistort(feature.raw);
+  for (Feature& feature : frame.features) feature.pixel = to.undistort(feature.raw, feature.pixel);
   frame.grid = PointGrid(frame.features, kGridCell);
   for (Observation& observation : frame.observations)
-    observation.pixel = to.undistort(from.distort(observation.pixel));
+    observation.pixel = to.undistort(from.distort(observation.pixel), observation.pixel);
 }
 
 }  // namespace ratslam

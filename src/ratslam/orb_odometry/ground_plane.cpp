@@ -10,9 +10,12 @@
 namespace ratslam {
 namespace {
 
-constexpr std::array<int, 3> kLevels = {5, 3, 1};  // of the pyramid, coarse to fine
-constexpr int kSteps = 4;                          // a level
-constexpr int kMostSamples = 700;
+struct Stage {
+  int level;         // of the pyramid
+  int most_samples;  // about
+};
+constexpr std::array<Stage, 3> kStages = {{{5, 300}, {3, 300}, {1, 700}}};  // coarse to fine
+constexpr int kSteps = 4;                                                   // a level
 constexpr std::size_t kLeastSamples = 150;
 constexpr int kCandidates = 40;        // heights tried by the search
 constexpr double kMinGreySigma = 1.5;  // noise is never believed to be less [grey levels]
@@ -30,6 +33,20 @@ float bilinear(const cv::Mat& image, double x, double y) {
          fy * ((1.0F - fx) * lower[0] + fx * lower[1]);
 }
 
+/// Central differences of the bilinear grey value.
+Eigen::Vector2d slope(const cv::Mat& image, double x, double y) {
+  const int column = static_cast<int>(x);
+  const int row = static_cast<int>(y);
+  const double fx = x - column;
+  const double fy = y - row;
+  const auto at = [&](int v, int u) -> double { return image.ptr<uchar>(row + v)[column + u]; };
+  const double above = (1.0 - fx) * (at(0, 1) - at(0, -1)) + fx * (at(0, 2) - at(0, 0));
+  const double below = (1.0 - fx) * (at(1, 1) - at(1, -1)) + fx * (at(1, 2) - at(1, 0));
+  const double left = (1.0 - fy) * (at(1, 0) - at(-1, 0)) + fy * (at(2, 0) - at(0, 0));
+  const double right = (1.0 - fy) * (at(1, 1) - at(-1, 1)) + fy * (at(2, 1) - at(0, 1));
+  return 0.5 * Eigen::Vector2d((1.0 - fy) * above + fy * below, (1.0 - fx) * left + fx * right);
+}
+
 bool inside(const cv::Mat& image, const Eigen::Vector2d& p) {
   return p.x() >= 1.0 && p.y() >= 1.0 && p.x() < image.cols - 2.0 && p.y() < image.rows - 2.0;
 }
@@ -41,7 +58,7 @@ struct RoadSample {
 
 /// Grey values of the present lane, on a regular grid of one pyramid level.
 std::vector<RoadSample> sampleRoad(const CameraModel& camera, const Frame& now, const RoadPlane& plane,
-                                   int level, const RoadParams& params) {
+                                   const Stage& stage, const RoadParams& params) {
   // The level road of the predicted plane, as a range of rows; columns follow from the lane's width.
   const double horizon = camera.cy - camera.fy * plane.normal.z() / plane.normal.y();
   const double top = std::max(0.0, horizon + camera.fy / params.farthest);
@@ -51,12 +68,12 @@ std::vector<RoadSample> sampleRoad(const CameraModel& camera, const Frame& now, 
   const double area = slope * ((bottom - horizon) * (bottom - horizon) - (top - horizon) * (top - horizon));
   std::vector<RoadSample> samples;
   if (!(bottom - top > 8.0) || !(area > 0.0)) return samples;
-  const cv::Mat& image = now.pyramid.image(level);
-  const double spacing = std::max(now.pyramid.scale(level), std::sqrt(area / kMostSamples));
+  const cv::Mat& image = now.pyramid.image(stage.level);
+  const double spacing = std::max(now.pyramid.scale(stage.level), std::sqrt(area / stage.most_samples));
   for (double v = top; v <= bottom; v += spacing) {
     const double reach = slope * (v - horizon);
     for (double u = camera.cx - reach; u <= camera.cx + reach; u += spacing) {
-      const Eigen::Vector2d at = now.pyramid.toLevel(camera.distort({u, v}), level);
+      const Eigen::Vector2d at = now.pyramid.toLevel(camera.distort({u, v}), stage.level);
       if (!inside(image, at)) continue;
       samples.push_back({camera.bearing({u, v}), bilinear(image, at.x(), at.y())});
     }
@@ -75,27 +92,26 @@ Warped warpSamples(const CameraModel& camera, const std::vector<RoadSample>& sam
                    const RigidTransform& T_earlier_now, const Eigen::Vector3d& m, int level,
                    bool with_gradient) {
   Warped warped;
+  warped.sample.reserve(samples.size());
+  warped.grey.reserve(samples.size());
+  if (with_gradient) warped.gradient.reserve(samples.size());
   const cv::Mat& image = earlier.pyramid.image(level);
   const Eigen::Matrix3d rotation = T_earlier_now.rotation.toRotationMatrix();
+  const Eigen::Vector3d& t = T_earlier_now.translation;
   const double scale = earlier.pyramid.scale(level);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Eigen::Vector3d& b = samples[i].bearing;
-    const Eigen::Vector3d x = rotation * b + T_earlier_now.translation * m.dot(b);
+    const Eigen::Vector3d x = rotation * b + t * m.dot(b);
     if (!(x.z() > 0.05)) continue;
-    const Eigen::Vector2d pixel = camera.project(x);
-    const Eigen::Vector2d at = earlier.pyramid.toLevel(camera.distort(pixel), level);
+    const DistortedPixel seen = camera.distortWithJacobian(camera.project(x));
+    const Eigen::Vector2d at = earlier.pyramid.toLevel(seen.raw, level);
     if (!inside(image, at)) continue;
     warped.sample.push_back(i);
     warped.grey.push_back(bilinear(image, at.x(), at.y()));
     if (!with_gradient) continue;
-    Eigen::RowVector2d slope(
-        0.5 * (bilinear(image, at.x() + 1, at.y()) - bilinear(image, at.x() - 1, at.y())),
-        0.5 * (bilinear(image, at.x(), at.y() + 1) - bilinear(image, at.x(), at.y() - 1)));
-    if (camera.model != LensModel::kNone) slope = slope * camera.distortJacobian(pixel);
-    Eigen::Matrix<double, 2, 3> projection;
-    projection << camera.fx / x.z(), 0, -camera.fx * x.x() / (x.z() * x.z()),  //
-        0, camera.fy / x.z(), -camera.fy * x.y() / (x.z() * x.z());
-    const double along = (slope * projection * T_earlier_now.translation).value() / scale;
+    const Eigen::Vector2d motion(camera.fx * (t.x() - x.x() / x.z() * t.z()) / x.z(),
+                                 camera.fy * (t.y() - x.y() / x.z() * t.z()) / x.z());
+    const double along = slope(image, at.x(), at.y()).dot(seen.jacobian * motion) / scale;
     warped.gradient.push_back(along * b);
   }
   return warped;
@@ -175,8 +191,8 @@ struct Fit {
 
 /// One level's Gauss-Newton. @return false where too little of the road is in sight.
 bool fitLevel(const CameraModel& camera, const Frame& now, const std::vector<const Frame*>& earlier,
-              const RoadPlane& prior, int level, const RoadParams& params, Fit& fit) {
-  const std::vector<RoadSample> samples = sampleRoad(camera, now, fit.plane, level, params);
+              const RoadPlane& prior, const Stage& stage, const RoadParams& params, Fit& fit) {
+  const std::vector<RoadSample> samples = sampleRoad(camera, now, fit.plane, stage, params);
   if (samples.size() < kLeastSamples) return false;
   const double tilt_information = 1.0 / std::pow(degreesToRadians(params.tilt_sigma_deg), 2);
   for (int step = 0; step < kSteps; ++step) {
@@ -187,7 +203,7 @@ bool fitLevel(const CameraModel& camera, const Frame& now, const std::vector<con
     for (const Frame* frame : earlier) {
       const RigidTransform T = frame->T_camera_world * now.T_camera_world.inverse();
       const Warped warped =
-          warpSamples(camera, samples, *frame, T, fit.plane.normal / fit.plane.height, level, true);
+          warpSamples(camera, samples, *frame, T, fit.plane.normal / fit.plane.height, stage.level, true);
       if (warped.sample.size() < kLeastSamples) return false;
       const Comparison comparison = compare(samples, warped);
       if (comparison.residual.empty()) return false;
@@ -225,9 +241,9 @@ std::optional<RoadMeasurement> measureRoad(const CameraModel& camera, const Fram
   if (earlier.empty() || !(predicted.height > 0.0) || !(predicted.normal.y() > 0.5)) return std::nullopt;
   Fit fit;
   fit.plane = predicted;
-  for (const int level : kLevels) {
-    if (level >= now.pyramid.levels()) continue;
-    if (!fitLevel(camera, now, earlier, predicted, level, params, fit)) return std::nullopt;
+  for (const Stage& stage : kStages) {
+    if (stage.level >= now.pyramid.levels()) continue;
+    if (!fitLevel(camera, now, earlier, predicted, stage, params, fit)) return std::nullopt;
     if (!(fit.plane.normal.y() > 0.5) || !std::isfinite(fit.plane.height)) return std::nullopt;
   }
   if (fit.correlation < params.min_correlation) return std::nullopt;
@@ -247,18 +263,18 @@ std::optional<RoadMeasurement> searchRoad(const CameraModel& camera, const Frame
                                           const Eigen::Vector3d& normal, double lowest, double highest,
                                           const RoadParams& params) {
   if (earlier.empty() || !(lowest > 0.0) || !(highest > lowest)) return std::nullopt;
-  const int level = std::min(kLevels.front(), now.pyramid.levels() - 1);
+  const Stage stage{std::min(kStages.front().level, now.pyramid.levels() - 1), kStages.front().most_samples};
   double best_height = 0.0;
   double best_correlation = -1.0;
   // The piece of road, in camera heights ahead, is the same in the image for all heights.
-  const std::vector<RoadSample> samples = sampleRoad(camera, now, {normal, 1.0}, level, params);
+  const std::vector<RoadSample> samples = sampleRoad(camera, now, {normal, 1.0}, stage, params);
   if (samples.size() < kLeastSamples) return std::nullopt;
   for (int candidate = 0; candidate < kCandidates; ++candidate) {
     const double height = lowest * std::pow(highest / lowest, candidate / (kCandidates - 1.0));
     double correlation = 0.0;
     for (const Frame* frame : earlier) {
       const RigidTransform T = frame->T_camera_world * now.T_camera_world.inverse();
-      const Warped warped = warpSamples(camera, samples, *frame, T, normal / height, level, false);
+      const Warped warped = warpSamples(camera, samples, *frame, T, normal / height, stage.level, false);
       if (2 * warped.sample.size() < samples.size()) continue;
       correlation += compare(samples, warped).correlation / static_cast<double>(earlier.size());
     }

@@ -26,11 +26,11 @@ class LensJacobian {
 
   /// Raw pixels stay where they are: what the lens adds to a distorted pixel the undistorted one gives way.
   Eigen::Matrix2d at(const Eigen::Vector2d& pixel) const {
-    const Eigen::Vector2d raw = camera_.distort(pixel);
+    const auto [raw, jacobian] = camera_.distortWithJacobian(pixel);
     Eigen::Matrix2d by_coefficient;  // lens models are linear in them
     for (int i = 0; i < 2; ++i)
       by_coefficient.col(i) = changed_[static_cast<std::size_t>(i)].distort(pixel) - raw;
-    return camera_.distortJacobian(pixel).inverse() * by_coefficient;
+    return jacobian.inverse() * by_coefficient;
   }
 
  private:
@@ -141,8 +141,8 @@ LensInformation measureLens(const CameraModel& camera, const BundleProblem& prob
     if (reprojection.depth > 0.0 && normalised * normalised <= loss.gate) {
       const double weight = std::min(1.0, loss.huber / normalised) / (observation.sigma * observation.sigma);
       equations.add(observation.pose, reprojection.byPose(x),
-                    reprojection.by_point_in_camera * pose.rotation.toRotationMatrix(),
-                    lens.at(observation.pixel), reprojection.error, weight);
+                    reprojection.byPoint(pose.rotation.toRotationMatrix()), lens.at(observation.pixel),
+                    reprojection.error, weight);
     }
     const bool last =
         i + 1 == problem.observations.size() || problem.observations[i + 1].point != observation.point;
@@ -169,7 +169,8 @@ std::optional<CameraModel> LensRefinement::update(const CameraModel& camera, con
   const CameraModel better = calibrated_.withRadialChange(next);
   for (const double u : {0.0, camera.width - 1.0}) {
     for (const double v : {0.0, camera.height - 1.0}) {
-      if (!(better.distortJacobian({u, v}).determinant() > kLeastDeterminant)) return std::nullopt;
+      if (!(better.distortWithJacobian({u, v}).jacobian.determinant() > kLeastDeterminant))
+        return std::nullopt;
     }
   }
   applied_ = next;

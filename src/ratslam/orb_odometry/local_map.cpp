@@ -78,7 +78,7 @@ void LocalMap::recalibrate(const CameraModel& from, const CameraModel& to) {
   for (const Keyframe& keyframe : keyframes_) ratslam::recalibrate(*keyframe.frame, from, to);
   for (Landmark& landmark : landmarks_) {
     for (LandmarkObservation& seen : landmark.observations)
-      seen.pixel = to.undistort(from.distort(seen.pixel));
+      seen.pixel = to.undistort(from.distort(seen.pixel), seen.pixel);
   }
 }
 

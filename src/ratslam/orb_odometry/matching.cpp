@@ -91,13 +91,14 @@ std::optional<Observation> alignLandmark(const CameraModel& camera, const LocalM
                                          const Eigen::Vector2d& start, const AlignmentLimits& limits) {
   const Landmark& landmark = map.landmarks()[projected.index];
   const Frame& reference = *map.keyframe(landmark.reference)->frame;
+  const DistortedPixel raw_start = camera.distortWithJacobian(start);
   Eigen::Matrix2d warp = projected.warp;
   if (camera.model != LensModel::kNone) {
     const Eigen::Vector2d reference_pixel = camera.project(reference.T_camera_world * landmark.position);
-    warp = camera.distortJacobian(start) * warp * camera.distortJacobian(reference_pixel).inverse();
+    warp = raw_start.jacobian * warp * camera.distortWithJacobian(reference_pixel).jacobian.inverse();
   }
   const PatchSource source{&reference.pyramid, landmark.reference_raw, landmark.reference_level};
-  const auto match = alignPatch(source, frame.pyramid, camera.distort(start), warp, limits);
+  const auto match = alignPatch(source, frame.pyramid, raw_start.raw, warp, limits);
   if (!match) return std::nullopt;
   return Observation{landmark.id, camera.undistort(match->raw), frame.pyramid.scale(match->level),
                      match->level};

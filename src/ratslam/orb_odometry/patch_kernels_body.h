@@ -1,17 +1,27 @@
-/// The patch kernels, for whichever instruction set the including source has chosen. It includes this file
-/// inside an unnamed namespace of its own target, after all standard headers: nothing here may be shared
-/// between targets by the linker. Registers narrower than a row take it in parts.
+/// The patch kernels, for whichever instruction set the including source has chosen. It defines
+/// RATSLAM_REGISTER_BYTES (bytes in a register) and includes this file inside an unnamed namespace of its own
+/// target, after all standard headers: nothing here may be shared between targets by the linker. Registers
+/// narrower than a row take it in parts.
 
 typedef float Row __attribute__((vector_size(4 * kPatchColumns), aligned(4), may_alias));
 typedef std::int32_t Ints __attribute__((vector_size(4 * kPatchColumns), aligned(4), may_alias));
-typedef std::uint8_t Greys __attribute__((vector_size(kPatchColumns), aligned(1), may_alias));
 
 // Vectors go by reference: their calling convention hangs on the instruction set.
 inline const Row& rowAt(const float* values) { return *reinterpret_cast<const Row*>(values); }
 inline Row& rowAt(float* values) { return *reinterpret_cast<Row*>(values); }
 inline void loadGreys(const std::uint8_t* bytes, Row& row) {
-  const Ints wide = __builtin_convertvector(*reinterpret_cast<const Greys*>(bytes), Ints);
-  row = __builtin_convertvector(wide, Row);
+#if RATSLAM_REGISTER_BYTES == 64
+  constexpr __mmask16 kAll = 0xffff;  // without a mask GCC 12 takes its own header for faulty
+  const __m128i greys = _mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes));
+  _mm512_storeu_ps(&row, _mm512_maskz_cvtepi32_ps(kAll, _mm512_maskz_cvtepu8_epi32(kAll, greys)));
+#elif RATSLAM_REGISTER_BYTES == 32
+  const __m128i greys = _mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes));
+  auto* out = reinterpret_cast<float*>(&row);
+  _mm256_storeu_ps(out, _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(greys)));
+  _mm256_storeu_ps(out + 8, _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_srli_si128(greys, 8))));
+#else
+  for (int i = 0; i < kPatchColumns; ++i) row[i] = static_cast<float>(bytes[i]);
+#endif
 }
 inline float sumOf(const Row& row) {
   float parts[8];
@@ -140,4 +150,4 @@ PatchSums compare(const std::uint8_t* corner, std::ptrdiff_t stride, float fx, f
   return {sumOf(sum), sumOf(square), sumOf(product), sumOf(along_x), sumOf(along_y)};
 }
 
-constexpr PatchKernels kKernels{sampleRim, fillTemplate, compare};
+constexpr PatchKernels kPatchKernels{sampleRim, fillTemplate, compare};

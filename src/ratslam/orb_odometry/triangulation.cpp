@@ -12,16 +12,21 @@ namespace ratslam {
 namespace {
 
 constexpr int kRefinementSteps = 5;
-constexpr int kBatch = 512;  // features looked at together
-constexpr int kShare = 32;   // of them that one worker takes at a time
+constexpr int kBatch = 512;               // features looked at together
+constexpr int kShare = 32;                // of them that one worker takes at a time
+constexpr double kLeastBaseline = 0.005;  // of the median depth, to a neighbour
+constexpr double kTakenRadius = 3.0;      // of a landmark's sight, where features are its own [px]
 
-/// The feature of `frame` on the epipolar line of `feature`, or -1.
+/// Finds features of one frame on the epipolar lines of another's.
 class EpipolarSearch {
  public:
-  EpipolarSearch(const CameraModel& camera, const Frame& from, const Frame& to, double max_error)
+  /// @param taken features of `to` that are not looked at.
+  EpipolarSearch(const CameraModel& camera, const Frame& from, const Frame& to,
+                 const std::vector<bool>& taken, double max_error)
       : camera_(camera),
         from_(from),
         to_(to),
+        grid_(to.grid.without(taken)),
         T_to_from_(to.T_camera_world * from.T_camera_world.inverse()),
         baseline_(T_to_from_.translation.norm()),
         max_error_(max_error) {
@@ -36,9 +41,8 @@ class EpipolarSearch {
     }
   }
 
-  double baseline() const { return baseline_; }
-
-  int find(int feature_index, const std::vector<bool>& taken) const {
+  /// The feature that looks like `feature_index`, or -1.
+  int find(int feature_index) const {
     const Feature& feature = from_.features[static_cast<std::size_t>(feature_index)];
     const Eigen::Vector3d ray = camera_.bearing(feature.pixel);
     const Eigen::Vector3d far = T_to_from_.rotation * ray;
@@ -57,13 +61,13 @@ class EpipolarSearch {
     const std::pair<int, int> levels = levels_[static_cast<std::size_t>(feature.level)];
 
     Best best;
-    to_.grid.forEachAlong(begin, end, reach, [&](const PointGrid::Point& point) {
+    grid_.forEachAlong(begin, end, reach, [&](const PointGrid::Point& point) {
       if (point.level < levels.first || point.level > levels.second) return;
       const Eigen::Vector2d offset = point.pixel - begin;
       const double along = direction.dot(offset);
       if (along <= -reach || along >= length + reach) return;
       if (std::abs(direction.x() * offset.y() - direction.y() * offset.x()) > reach) return;
-      consider(feature_index, point, scale, taken, best);
+      consider(feature_index, point, scale, best);
     });
     return best.feature >= 0 && best.distance <= kMaxRatio * best.second ? best.feature : -1;
   }
@@ -84,13 +88,12 @@ class EpipolarSearch {
     int second = 256;
   };
 
-  void consider(int feature_index, const PointGrid::Point& point, double scale,
-                const std::vector<bool>& taken, Best& best) const {
-    if (taken[static_cast<std::size_t>(point.feature)]) return;
+  void consider(int feature_index, const PointGrid::Point& point, double scale, Best& best) const {
+    const int distance = hammingDistance(from_.descriptor(feature_index), to_.descriptor(point.feature));
+    if (distance >= best.second) return;
     const float turn = std::abs(from_.features[static_cast<std::size_t>(feature_index)].angle_deg -
                                 to_.features[static_cast<std::size_t>(point.feature)].angle_deg);
     if (std::min(turn, 360.0F - turn) > kMaxTurn) return;
-    const int distance = hammingDistance(from_.descriptor(feature_index), to_.descriptor(point.feature));
     const bool same_corner =
         best.feature >= 0 && (best.pixel - point.pixel).squaredNorm() < 9.0 * scale * scale;
     if (distance < best.distance) {
@@ -98,7 +101,7 @@ class EpipolarSearch {
       best.distance = distance;
       best.feature = point.feature;
       best.pixel = point.pixel;
-    } else if (distance < best.second && !same_corner) {
+    } else if (!same_corner) {
       best.second = distance;
     }
   }
@@ -106,6 +109,7 @@ class EpipolarSearch {
   const CameraModel& camera_;
   const Frame& from_;
   const Frame& to_;
+  PointGrid grid_;
   RigidTransform T_to_from_;
   double baseline_;
   double max_error_;
@@ -140,6 +144,7 @@ class Candidate {
     const Feature& source = newest_.features[static_cast<std::size_t>(feature)];
     views_.push_back({newest_.T_camera_world, source.pixel, newest_.pyramid.scale(source.level)});
     keyframes_.push_back(map.keyframes().back().id);
+    pixel_by_raw_ = camera.distortWithJacobian(source.pixel).jacobian.inverse();
   }
 
   /// Takes a descriptor match as the second view and sharpens it.
@@ -149,8 +154,11 @@ class Candidate {
     keyframes_.resize(1);
     views_.push_back(
         {neighbour.frame->T_camera_world, target.pixel, neighbour.frame->pyramid.scale(target.level)});
+    // Most matches are far away: their rays tell before any point is made.
+    const double least_parallax = 0.5 * degreesToRadians(params.min_parallax_deg);
+    if (rayOf(views_[0]).dot(rayOf(views_[1])) > std::cos(least_parallax)) return false;
     const auto rough = triangulate(camera_, views_);
-    if (!rough || parallax(*rough, views_) < 0.5 * degreesToRadians(params.min_parallax_deg)) return false;
+    if (!rough || parallax(*rough, views_) < least_parallax) return false;
     point_ = *rough;
     views_.resize(1);
     return look(neighbour, target.pixel, 2.0 * params.max_epipolar_error);
@@ -164,11 +172,10 @@ class Candidate {
     const double depth = (newest_.T_camera_world * point_).z();
     if (!(depth > 0.0) || !((T * (depth * camera_.bearing(source.pixel))).z() > 0.0)) return false;
     Eigen::Matrix2d warp = predictWarp(camera_, source.pixel, depth, T);
-    if (camera_.model != LensModel::kNone) {
-      warp = camera_.distortJacobian(expected) * warp * camera_.distortJacobian(source.pixel).inverse();
-    }
+    const DistortedPixel raw_expected = camera_.distortWithJacobian(expected);
+    if (camera_.model != LensModel::kNone) warp = raw_expected.jacobian * warp * pixel_by_raw_;
     const auto match = alignPatch({&newest_.pyramid, source.raw, source.level}, frame.pyramid,
-                                  camera_.distort(expected), warp, AlignmentLimits{});
+                                  raw_expected.raw, warp, AlignmentLimits{});
     if (!match) return false;
     const View view{frame.T_camera_world, camera_.undistort(match->raw), frame.pyramid.scale(match->level)};
     if ((view.pixel - expected).norm() > max_distance * view.sigma) return false;
@@ -215,10 +222,16 @@ class Candidate {
   }
 
  private:
+  /// Unit, in the world's axes.
+  Eigen::Vector3d rayOf(const View& view) const {
+    return (view.T_camera_world.rotation.conjugate() * camera_.bearing(view.pixel)).normalized();
+  }
+
   const CameraModel& camera_;
   const LocalMap& map_;
   const Frame& newest_;
   int feature_;
+  Eigen::Matrix2d pixel_by_raw_;  // derivative of undistorting the feature
   Eigen::Vector3d point_ = Eigen::Vector3d::Zero();
   std::vector<View> views_;
   std::vector<KeyframeId> keyframes_;
@@ -253,8 +266,7 @@ std::optional<Eigen::Vector3d> triangulate(const CameraModel& camera, const std:
       const Reprojection reprojection =
           reproject(camera, rotations[i] * point + view.T_camera_world.translation, view.pixel);
       if (!(reprojection.depth > 0.0)) return std::nullopt;
-      const Eigen::Matrix<double, 2, 3> jacobian =
-          reprojection.by_point_in_camera * rotations[i] / view.sigma;
+      const Eigen::Matrix<double, 2, 3> jacobian = reprojection.byPoint(rotations[i]) / view.sigma;
       hessian += jacobian.transpose() * jacobian;
       gradient += jacobian.transpose() * reprojection.error / view.sigma;
     }
@@ -288,23 +300,21 @@ int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationPa
 
   std::vector<const Keyframe*> neighbours;
   std::vector<EpipolarSearch> searches;
-  std::vector<std::vector<bool>> taken;
   const double depth = map.medianDepth(newest.T_camera_world);
   for (std::size_t i = map.keyframes().size() - 1; i-- > 0;) {
     if (static_cast<int>(neighbours.size()) >= params.neighbours) break;
     const Keyframe& neighbour = map.keyframes()[i];
-    EpipolarSearch search(camera, newest, *neighbour.frame, params.max_epipolar_error);
-    if (search.baseline() < 0.005 * depth) continue;
+    if ((neighbour.frame->centre() - newest.centre()).norm() < kLeastBaseline * depth) continue;
     neighbours.push_back(&neighbour);
-    searches.push_back(search);
-    taken.push_back(explainedFeatures(*neighbour.frame, 3.0));
+    if (static_cast<int>(searches.size()) >= params.searched) continue;
+    searches.emplace_back(camera, newest, *neighbour.frame, explainedFeatures(*neighbour.frame, kTakenRadius),
+                          params.max_epipolar_error);
   }
 
   std::vector<bool> explained = explainedFeatures(newest, params.spacing);
-  const std::size_t searched = std::min(neighbours.size(), static_cast<std::size_t>(params.searched));
   const auto find_landmark = [&](int feature) -> std::optional<Landmark> {
-    for (std::size_t n = 0; n < searched; ++n) {
-      const int match = searches[n].find(feature, taken[n]);
+    for (std::size_t n = 0; n < searches.size(); ++n) {
+      const int match = searches[n].find(feature);
       if (match < 0) continue;
       Candidate candidate(camera, map, feature);
       if (!candidate.start(*neighbours[n], match, params)) continue;

@@ -43,6 +43,25 @@ TEST(ImagePyramid, KeepsTheCentreOfASpotAtEachLevel) {
   }
 }
 
+TEST(PointGrid, WithoutSomeFeaturesVisitsTheOthersInTheSameOrder) {
+  std::vector<Feature> features(500);
+  std::vector<bool> left_out(features.size());
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    features[i].pixel = {static_cast<double>(i * 37 % 211), static_cast<double>(i * 53 % 97)};
+    left_out[i] = i % 3 == 0;
+  }
+  const PointGrid grid(features, 24.0);
+  std::vector<int> expected;
+  grid.forEachNear({90, 40}, 60.0, [&](const PointGrid::Point& point) {
+    if (!left_out[static_cast<std::size_t>(point.feature)]) expected.push_back(point.feature);
+  });
+  std::vector<int> visited;
+  grid.without(left_out).forEachNear(
+      {90, 40}, 60.0, [&](const PointGrid::Point& point) { visited.push_back(point.feature); });
+  EXPECT_GT(visited.size(), 100U);
+  EXPECT_EQ(visited, expected);
+}
+
 TEST(FeatureExtractor, SpreadsFeaturesOverAllTexturedPartsOfTheImage) {
   // Strong texture on the left, a tenth of its contrast on the right: both halves must get their share.
   cv::Mat image = StreetScene().render(smallCamera(), cameraAt(0, 0));

@@ -1,17 +1,19 @@
-#include "feature_kernels_levels.h"
+#include "orb_kernels_levels.h"
 
 #if defined(__x86_64__)
 #pragma GCC push_options
 #pragma GCC target("avx2,popcnt")
 
-#define RATSLAM_BYTE_LANES 32
+#define RATSLAM_REGISTER_BYTES 32
 
 namespace ratslam {
 namespace {
 #include "feature_kernels_body.h"
+#include "patch_kernels_body.h"
+#include "schur_kernels_body.h"
 }  // namespace
 
-const FeatureKernels& featureKernelsAvx2() { return kKernels; }
+OrbKernels orbKernelsAvx2() { return {kFeatureKernels, kPatchKernels, kSchurKernels}; }
 
 }  // namespace ratslam
 
