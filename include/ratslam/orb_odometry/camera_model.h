@@ -20,6 +20,9 @@ enum class LensModel { kNone, kPlumbBob, kRationalPolynomial, kEquidistant };
 /// @throws std::invalid_argument for any other name.
 LensModel lensModelFromName(const std::string& name);
 
+/// What is added to the coefficients k1, k2, p1, p2 of a lens.
+using LensChange = Eigen::Vector4d;
+
 /// Where the lens puts an undistorted pixel, and the derivative by it.
 struct DistortedPixel {
   Eigen::Vector2d raw;
@@ -48,9 +51,9 @@ struct CameraModel {
   /// The inverse of undistort.
   Eigen::Vector2d distort(const Eigen::Vector2d& pixel) const;
   DistortedPixel distortWithJacobian(const Eigen::Vector2d& pixel) const;
-  /// The same camera with something added to its first two radial coefficients (k1, k2); one without a lens
-  /// model gets plumb_bob.
-  CameraModel withRadialChange(const Eigen::Vector2d& change) const;
+  /// The same camera with something added to k1, k2 and, where the lens model has them, p1, p2; one without a
+  /// lens model gets plumb_bob.
+  CameraModel withLensChange(const LensChange& change) const;
 
   /// Pinhole projection of a point in the camera frame (z > 0) to an undistorted pixel.
   Eigen::Vector2d project(const Eigen::Vector3d& point) const {

@@ -163,12 +163,12 @@ DistortedPixel CameraModel::distortWithJacobian(const Eigen::Vector2d& pixel) co
   return {{fx * bent.bearing.x() + cx, fy * bent.bearing.y() + cy}, bent.jacobian};
 }
 
-CameraModel CameraModel::withRadialChange(const Eigen::Vector2d& change) const {
+CameraModel CameraModel::withLensChange(const LensChange& change) const {
   CameraModel changed = *this;
   if (changed.model == LensModel::kNone) changed.model = LensModel::kPlumbBob;
-  if (changed.coefficients.size() < 2) changed.coefficients.resize(2, 0.0);
-  changed.coefficients[0] += change.x();
-  changed.coefficients[1] += change.y();
+  const std::size_t count = changed.model == LensModel::kEquidistant ? 2 : 4;
+  if (changed.coefficients.size() < count) changed.coefficients.resize(count, 0.0);
+  for (std::size_t i = 0; i < count; ++i) changed.coefficients[i] += change(static_cast<Eigen::Index>(i));
   return changed;
 }
 

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 
@@ -18,65 +17,79 @@ constexpr double kNegligibleShift = 0.02;  // [px]
 using Jacobian23 = Eigen::Matrix<double, 2, 3>;
 using Coupling = Eigen::Matrix<double, 6, 3>;
 
-/// Derivative of a reprojection error by the lens's first two radial coefficients.
+constexpr int kLens = LensChange::SizeAtCompileTime;
+
+/// Derivative of a reprojection error by the coefficients of the lens.
 class LensJacobian {
  public:
-  explicit LensJacobian(const CameraModel& camera)
-      : camera_(camera), changed_{camera.withRadialChange({1.0, 0.0}), camera.withRadialChange({0.0, 1.0})} {}
+  explicit LensJacobian(const CameraModel& camera) : camera_(camera) {
+    for (int i = 0; i < kLens; ++i) changed_.push_back(camera.withLensChange(LensChange::Unit(i)));
+  }
 
   /// Raw pixels stay where they are: what the lens adds to a distorted pixel the undistorted one gives way.
-  Eigen::Matrix2d at(const Eigen::Vector2d& pixel) const {
+  Eigen::Matrix<double, 2, kLens> at(const Eigen::Vector2d& pixel) const {
     const auto [raw, jacobian] = camera_.distortWithJacobian(pixel);
-    Eigen::Matrix2d by_coefficient;  // lens models are linear in them
-    for (int i = 0; i < 2; ++i)
+    Eigen::Matrix<double, 2, kLens> by_coefficient;  // lens models are linear in them
+    for (int i = 0; i < kLens; ++i)
       by_coefficient.col(i) = changed_[static_cast<std::size_t>(i)].distort(pixel) - raw;
     return jacobian.inverse() * by_coefficient;
   }
 
  private:
   const CameraModel& camera_;
-  std::array<CameraModel, 2> changed_;
+  std::vector<CameraModel> changed_;
 };
 
-/// Normal equations over all poses (6 each) and the two coefficients, points eliminated one by one.
+/// A linearised observation.
+struct LinearView {
+  int pose;
+  Eigen::Matrix<double, 2, 6> by_pose;
+  Jacobian23 by_point;
+  Eigen::Matrix<double, 2, kLens> by_lens;
+  Eigen::Vector2d error;
+  double weight;
+};
+
+/// Normal equations over all poses (6 each) and the coefficients, points eliminated one by one.
 class ReducedEquations {
  public:
   explicit ReducedEquations(std::size_t poses)
       : lens_(6 * static_cast<Eigen::Index>(poses)),
-        hessian_(Eigen::MatrixXd::Zero(lens_ + 2, lens_ + 2)),
-        gradient_(Eigen::VectorXd::Zero(lens_ + 2)) {}
+        hessian_(Eigen::MatrixXd::Zero(lens_ + kLens, lens_ + kLens)),
+        gradient_(Eigen::VectorXd::Zero(lens_ + kLens)) {}
 
-  void add(int pose, const Eigen::Matrix<double, 2, 6>& by_pose, const Jacobian23& by_point,
-           const Eigen::Matrix2d& by_lens, const Eigen::Vector2d& error, double weight) {
-    const Eigen::Index at = 6 * pose;
-    hessian_.block<6, 6>(at, at) += weight * by_pose.transpose() * by_pose;
-    hessian_.block<6, 2>(at, lens_) += weight * by_pose.transpose() * by_lens;
-    hessian_.block<2, 2>(lens_, lens_) += weight * by_lens.transpose() * by_lens;
-    gradient_.segment<6>(at) += weight * by_pose.transpose() * error;
-    gradient_.segment<2>(lens_) += weight * by_lens.transpose() * error;
-    point_hessian_ += weight * by_point.transpose() * by_point;
-    point_gradient_ += weight * by_point.transpose() * error;
-    point_lens_ += weight * by_lens.transpose() * by_point;
-    point_poses_.emplace_back(at, weight * by_pose.transpose() * by_point);
-  }
-
-  void eliminatePoint() {
-    const Eigen::Matrix3d inverse = point_hessian_.inverse();
-    if (inverse.allFinite()) {
-      for (const auto& [a, coupling_a] : point_poses_) {
-        const Coupling scaled = coupling_a * inverse;
-        for (const auto& [b, coupling_b] : point_poses_)
-          hessian_.block<6, 6>(a, b) -= scaled * coupling_b.transpose();
-        hessian_.block<6, 2>(a, lens_) -= scaled * point_lens_.transpose();
-        gradient_.segment<6>(a) -= scaled * point_gradient_;
-      }
-      hessian_.block<2, 2>(lens_, lens_) -= point_lens_ * inverse * point_lens_.transpose();
-      gradient_.segment<2>(lens_) -= point_lens_ * inverse * point_gradient_;
+  /// Adds a point's views, and eliminates it.
+  void addPoint(const std::vector<LinearView>& views) {
+    Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    Eigen::Matrix<double, kLens, 3> coupling_lens = Eigen::Matrix<double, kLens, 3>::Zero();
+    std::vector<Coupling> couplings;
+    for (const LinearView& view : views) {
+      const Eigen::Index at = 6 * view.pose;
+      const Eigen::Matrix<double, 6, 2> weighted_pose = view.weight * view.by_pose.transpose();
+      const Eigen::Matrix<double, kLens, 2> weighted_lens = view.weight * view.by_lens.transpose();
+      hessian_.block<6, 6>(at, at) += weighted_pose * view.by_pose;
+      hessian_.block<6, kLens>(at, lens_) += weighted_pose * view.by_lens;
+      hessian_.block<kLens, kLens>(lens_, lens_) += weighted_lens * view.by_lens;
+      gradient_.segment<6>(at) += weighted_pose * view.error;
+      gradient_.segment<kLens>(lens_) += weighted_lens * view.error;
+      hessian += view.weight * view.by_point.transpose() * view.by_point;
+      gradient += view.weight * view.by_point.transpose() * view.error;
+      coupling_lens += weighted_lens * view.by_point;
+      couplings.push_back(weighted_pose * view.by_point);
     }
-    point_hessian_.setZero();
-    point_gradient_.setZero();
-    point_lens_.setZero();
-    point_poses_.clear();
+    const Eigen::Matrix3d inverse = hessian.inverse();
+    if (!inverse.allFinite()) return;
+    for (std::size_t a = 0; a < views.size(); ++a) {
+      const Eigen::Index row = 6 * views[a].pose;
+      const Coupling scaled = couplings[a] * inverse;
+      for (std::size_t b = 0; b < views.size(); ++b)
+        hessian_.block<6, 6>(row, 6 * views[b].pose) -= scaled * couplings[b].transpose();
+      hessian_.block<6, kLens>(row, lens_) -= scaled * coupling_lens.transpose();
+      gradient_.segment<6>(row) -= scaled * gradient;
+    }
+    hessian_.block<kLens, kLens>(lens_, lens_) -= coupling_lens * inverse * coupling_lens.transpose();
+    gradient_.segment<kLens>(lens_) -= coupling_lens * inverse * gradient;
   }
 
   /// Eliminates all poses but the first, which holds the others.
@@ -85,11 +98,11 @@ class ReducedEquations {
     Eigen::MatrixXd poses = hessian_.block(6, 6, free, free);
     poses.diagonal() *= 1.0 + kUnitOfLength;
     const Eigen::LDLT<Eigen::MatrixXd> factor(poses);
-    const Eigen::MatrixXd coupling = hessian_.block(6, lens_, free, 2);
+    const Eigen::MatrixXd coupling = hessian_.block(6, lens_, free, kLens);
     const Eigen::MatrixXd solved = factor.solve(coupling);
     LensInformation information;
-    information.hessian = hessian_.block<2, 2>(lens_, lens_) - coupling.transpose() * solved;
-    information.gradient = gradient_.segment<2>(lens_) - solved.transpose() * gradient_.segment(6, free);
+    information.hessian = hessian_.block<kLens, kLens>(lens_, lens_) - coupling.transpose() * solved;
+    information.gradient = gradient_.segment<kLens>(lens_) - solved.transpose() * gradient_.segment(6, free);
     return information;
   }
 
@@ -97,10 +110,6 @@ class ReducedEquations {
   Eigen::Index lens_;  // first row of the coefficients
   Eigen::MatrixXd hessian_;
   Eigen::VectorXd gradient_;
-  Eigen::Matrix3d point_hessian_ = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d point_gradient_ = Eigen::Vector3d::Zero();
-  Eigen::Matrix<double, 2, 3> point_lens_ = Eigen::Matrix<double, 2, 3>::Zero();
-  std::vector<std::pair<Eigen::Index, Coupling>> point_poses_;
 };
 
 /// The whole local map, its observations weighted by how well they fit.
@@ -132,6 +141,7 @@ LensInformation measureLens(const CameraModel& camera, const BundleProblem& prob
   if (problem.poses.size() < 2) return {};
   const LensJacobian lens(camera);
   ReducedEquations equations(problem.poses.size());
+  std::vector<LinearView> views;  // of one point
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     const BundleObservation& observation = problem.observations[i];
     const RigidTransform& pose = problem.poses[static_cast<std::size_t>(observation.pose)];
@@ -140,13 +150,15 @@ LensInformation measureLens(const CameraModel& camera, const BundleProblem& prob
     const double normalised = reprojection.error.norm() / observation.sigma;
     if (reprojection.depth > 0.0 && normalised * normalised <= loss.gate) {
       const double weight = std::min(1.0, loss.huber / normalised) / (observation.sigma * observation.sigma);
-      equations.add(observation.pose, reprojection.byPose(x),
-                    reprojection.byPoint(pose.rotation.toRotationMatrix()), lens.at(observation.pixel),
-                    reprojection.error, weight);
+      views.push_back({observation.pose, reprojection.byPose(x),
+                       reprojection.byPoint(pose.rotation.toRotationMatrix()), lens.at(observation.pixel),
+                       reprojection.error, weight});
     }
     const bool last =
         i + 1 == problem.observations.size() || problem.observations[i + 1].point != observation.point;
-    if (last) equations.eliminatePoint();
+    if (!last) continue;
+    if (views.size() >= kLeastViews) equations.addPoint(views);
+    views.clear();
   }
   return equations.eliminatePoses();
 }
@@ -160,13 +172,13 @@ std::optional<CameraModel> LensRefinement::update(const CameraModel& camera, con
     weighted_ += (found.hessian * applied_ - found.gradient) / params_.correlated;
     measured_ = newest;
   }
-  const Eigen::Vector2d wanted = estimate();
-  worthwhile_ = worthwhile_ || cornerShift(Eigen::Vector2d::Zero(), wanted) > params_.worthwhile_shift;
+  const LensChange wanted = estimate();
+  worthwhile_ = worthwhile_ || (cornerShift(LensChange::Zero(), wanted) > params_.worthwhile_shift &&
+                                wanted.dot(informationWithPrior() * wanted) > params_.significance);
   const double shift = cornerShift(applied_, wanted);
   if (!worthwhile_ || shift < kNegligibleShift) return std::nullopt;
-  const Eigen::Vector2d next =
-      applied_ + std::min(1.0, params_.shift_a_keyframe / shift) * (wanted - applied_);
-  const CameraModel better = calibrated_.withRadialChange(next);
+  const LensChange next = applied_ + std::min(1.0, params_.shift_a_keyframe / shift) * (wanted - applied_);
+  const CameraModel better = calibrated_.withLensChange(next);
   for (const double u : {0.0, camera.width - 1.0}) {
     for (const double v : {0.0, camera.height - 1.0}) {
       if (!(better.distortWithJacobian({u, v}).jacobian.determinant() > kLeastDeterminant))
@@ -177,14 +189,19 @@ std::optional<CameraModel> LensRefinement::update(const CameraModel& camera, con
   return better;
 }
 
-Eigen::Vector2d LensRefinement::estimate() const {
-  const double prior = 1.0 / (params_.prior_sigma * params_.prior_sigma);
-  return (information_ + prior * Eigen::Matrix2d::Identity()).ldlt().solve(weighted_);
+LensChange LensRefinement::estimate() const { return informationWithPrior().ldlt().solve(weighted_); }
+
+Eigen::Matrix4d LensRefinement::informationWithPrior() const {
+  const double radial = 1.0 / (params_.radial_sigma * params_.radial_sigma);
+  const double tangential = 1.0 / (params_.tangential_sigma * params_.tangential_sigma);
+  Eigen::Matrix4d information = information_;
+  information.diagonal() += LensChange(radial, radial, tangential, tangential);
+  return information;
 }
 
-double LensRefinement::cornerShift(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
-  const CameraModel before = calibrated_.withRadialChange(from);
-  const CameraModel after = calibrated_.withRadialChange(to);
+double LensRefinement::cornerShift(const LensChange& from, const LensChange& to) const {
+  const CameraModel before = calibrated_.withLensChange(from);
+  const CameraModel after = calibrated_.withLensChange(to);
   double shift = 0.0;
   for (const double u : {0.0, calibrated_.width - 1.0}) {
     for (const double v : {0.0, calibrated_.height - 1.0})
