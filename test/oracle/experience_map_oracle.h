@@ -148,7 +148,7 @@ inline std::vector<MapPose> solveBatch(const PoseGraph& graph, std::vector<MapPo
       const Vector5 r = residual(c, nodes[c.from], nodes[c.to]);
       const double weight = c.recall ? 1.0 / (1.0 + r.squaredNorm() / (kernel * kernel)) : 1.0;
       Eigen::Matrix<double, 5, Eigen::Dynamic> jacobian(5, 2 * size);
-      constexpr double kStep = 1e-6;
+      constexpr double kStep = 1e-4;  // less, and the rounding of coordinates of kilometres would show
       for (int k = 0; k < size; ++k) {
         const int m = components[static_cast<std::size_t>(k)];
         jacobian.col(k) = (residual(c, moved(nodes[c.from], m, kStep), nodes[c.to]) -
