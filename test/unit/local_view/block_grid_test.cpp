@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "ratslam/local_view/view_template.h"
+#include "test_data.h"
 
 namespace ratslam {
 namespace {
@@ -89,22 +89,12 @@ TEST_P(Grids, BoundTheDifferenceOfValuesFromBelow) {
   }
 }
 
-LocalViewParams shape(int columns, int rows, int shift, int step, bool panoramic) {
-  LocalViewParams params;
-  params.view_template.x_size = columns;
-  params.view_template.y_size = rows;
-  params.shift_match = shift;
-  params.step_match = step;
-  params.panoramic = panoramic;
-  return params;
-}
-
 INSTANTIATE_TEST_SUITE_P(Shapes, Grids,
-                         testing::Values(shape(60, 10, 5, 1, false), shape(60, 10, 5, 5, true),
-                                         shape(37, 11, 0, 7, true), shape(33, 7, 3, 2, false),
-                                         shape(13, 3, 2, 1, false), shape(21, 1, 10, 1, false),
-                                         shape(1, 17, 0, 1, false), shape(1, 1, 25, 5, true),
-                                         shape(60, 10, 25, 5, false)));
+                         testing::Values(smallParams(60, 10, 5, 1, false), smallParams(60, 10, 5, 5, true),
+                                         smallParams(37, 11, 0, 7, true), smallParams(33, 7, 3, 2, false),
+                                         smallParams(13, 3, 2, 1, false), smallParams(21, 1, 10, 1, false),
+                                         smallParams(1, 17, 0, 1, false), smallParams(1, 1, 25, 5, true),
+                                         smallParams(60, 10, 25, 5, false)));
 
 }  // namespace
 }  // namespace ratslam

@@ -86,17 +86,6 @@ cv::Mat withNoise(std::mt19937& random, const cv::Mat& image, int most) {
   return noisy;
 }
 
-LocalViewParams smallParams(int columns, int rows, int shift, int step, bool panoramic) {
-  LocalViewParams params;
-  params.view_template.x_size = columns;
-  params.view_template.y_size = rows;
-  params.shift_match = shift;
-  params.step_match = step;
-  params.panoramic = panoramic;
-  params.match_threshold = 0.2;
-  return params;
-}
-
 struct Case {
   const char* name;
   LocalViewParams params;
