@@ -59,10 +59,10 @@ class BlockGrid {
   std::size_t rows_;
   std::size_t width_;  // of a block
   std::size_t height_;
-  std::size_t first_column_;  // of the view that is compared
   std::size_t step_;
   bool panoramic_;
   std::vector<BlockRun> runs_;
+  std::vector<std::size_t> view_columns_;  // of the view where the first block of each run begins
 };
 
 }  // namespace ratslam

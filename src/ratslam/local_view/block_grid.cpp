@@ -19,15 +19,17 @@ BlockGrid::BlockGrid(const LocalViewParams& params, int width, int height)
       rows_(asSize(params.view_template.y_size)),
       width_(asSize(width)),
       height_(asSize(height)),
-      first_column_(params.panoramic ? 0 : asSize(params.shift_match)),
       step_(asSize(params.step_match)),
       panoramic_(params.panoramic) {
   const std::size_t compared = asSize(params.comparedColumns());
+  const std::size_t first_column = panoramic_ ? 0 : asSize(params.shift_match);
   for (std::size_t i = 0; i < asSize(params.shiftCount()); ++i) {
     const std::size_t begin = panoramic_ ? 0 : i * step_;
     const std::size_t first = (begin + width_ - 1) / width_;
     const std::size_t last = (begin + compared) / width_;
     runs_.push_back({first * rows(), (last - first) * rows()});
+    // Column x of the view meets column x + shift of the template.
+    view_columns_.push_back((first * width_ + first_column + columns_ - i * step_) % columns_);
   }
 }
 
@@ -83,9 +85,7 @@ void BlockGrid::ofView(const std::vector<double>& values,
   const bool same_at_all_shifts = width_ == 1 && !panoramic_;
   means.resize(same_at_all_shifts ? 1 : runs_.size());
   for (std::size_t shift = 0; shift < means.size(); ++shift) {
-    // Column x of the view meets column x + shift of the template.
-    const std::size_t begin = runs_[shift].begin / rows() * width_ + first_column_;
-    std::size_t column = (begin + columns_ - shift * step_) % columns_;
+    std::size_t column = view_columns_[shift];
     means[shift].resize(runs_[shift].count);
     for (auto next = means[shift].begin(); next != means[shift].end();) {
       const auto first = at_column.begin() + static_cast<std::ptrdiff_t>(column * rows());
