@@ -6,10 +6,21 @@
 #include <cmath>
 #include <vector>
 
+#include "ratslam/common/sine_cosine.h"
 #include "ratslam/experience_map/experience_graph.h"
 #include "ratslam/experience_map/pose_graph.h"
 
 namespace ratslam {
+
+/// Sine and cosine as the C library has them.
+struct LibrarySineCosine {
+  SineCosine operator()(double angle) const { return {std::sin(angle), std::cos(angle)}; }
+};
+/// Those of sine_cosine.h, within a unit in the last place of the library's, whose bits differ from one
+/// version to the next. With them the plain sweeps and the map's can be compared to the last bit.
+struct FixedSineCosine {
+  SineCosine operator()(double angle) const { return sineCosine(angle); }
+};
 
 /// Equation (6) in the reference arithmetic: experiences by id, each with its outgoing links by age.
 class OracleRelaxation {
@@ -26,14 +37,16 @@ class OracleRelaxation {
     for (std::uint32_t k = 0; k < links_.size(); ++k) nodes_[links_[k].from].outgoing.push_back(k);
   }
 
-  void sweep(int sweeps, double alpha) {
+  template <class OfAngle = FixedSineCosine>
+  void sweep(int sweeps, double alpha, OfAngle of_angle = {}) {
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       for (Node& start : nodes_) {
         for (const std::uint32_t k : start.outgoing) {
           const Link& link = links_[k];
           Node& end = nodes_[link.to];
-          const double lx = start.x + link.distance * std::cos(start.th + link.heading_rad);
-          const double ly = start.y + link.distance * std::sin(start.th + link.heading_rad);
+          const SineCosine direction = of_angle(start.th + link.heading_rad);
+          const double lx = start.x + link.distance * direction.cosine;
+          const double ly = start.y + link.distance * direction.sine;
           const double dx = alpha * (end.x - lx);
           const double dy = alpha * (end.y - ly);
           start.x += dx;
@@ -135,7 +148,7 @@ inline std::vector<MapPose> solveBatch(const PoseGraph& graph, std::vector<MapPo
       const Vector5 r = residual(c, nodes[c.from], nodes[c.to]);
       const double weight = c.recall ? 1.0 / (1.0 + r.squaredNorm() / (kernel * kernel)) : 1.0;
       Eigen::Matrix<double, 5, Eigen::Dynamic> jacobian(5, 2 * size);
-      constexpr double kStep = 1e-6;
+      constexpr double kStep = 1e-4;  // less, and the rounding of coordinates of kilometres would show
       for (int k = 0; k < size; ++k) {
         const int m = components[static_cast<std::size_t>(k)];
         jacobian.col(k) = (residual(c, moved(nodes[c.from], m, kStep), nodes[c.to]) -

@@ -4,15 +4,17 @@
 /// should be, both ends move by alpha (end - l), start towards, end back; then the facings likewise. All
 /// links count the same.
 ///
-/// The links are kept in one array in the order of their visits. Most of a sweep's time goes into the sine
-/// and cosine of each link's direction, which have to be the library's to the last bit. They are kept with
-/// the direction they belong to: where the map is at rest, directions stay what they were.
+/// Facings do not hang on places. So links are turned first, a block at a time, which gives their directions;
+/// then the sines and cosines of the block are computed together (sine_cosine.h), unless all directions are
+/// what they were at the last sweep, as in a map at rest; then its ends are moved, while the next block is
+/// turned: turning and moving are chains of operations of which each waits for the one before, but a
+/// processor follows both at a time.
 #pragma once
 
-#include <limits>
+#include <cstddef>
 #include <vector>
 
-#include "ratslam/common/pose2.h"
+#include "ratslam/common/sine_cosine.h"
 #include "ratslam/experience_map/map_solver.h"
 
 namespace ratslam {
@@ -20,7 +22,8 @@ namespace ratslam {
 class Relaxation : public MapSolver {
  public:
   /// @param sweeps per update. @param correction alpha of equation (6).
-  Relaxation(int sweeps, double correction) : sweeps_(sweeps), correction_(correction) {}
+  Relaxation(int sweeps, double correction, SimdLevel level = bestSimdLevel())
+      : sweeps_(sweeps), correction_(correction), sines_cosines_(sinesCosinesFor(level)) {}
 
   MapPose framePose(const ExperienceGraph& graph, std::uint32_t frame) const override;
   std::uint32_t frameOf(std::uint32_t experience) const override { return experience; }
@@ -35,26 +38,40 @@ class Relaxation : public MapSolver {
   void settle(ExperienceGraph&) override {}
 
  private:
+  static constexpr std::size_t kBlock = 64;
+
   struct Spring {  ///< a link, in the order in which sweeps visit it
     std::uint32_t from;
     std::uint32_t to;
     double distance;
     double heading_rad;
     double facing_rad;
-    double direction =
-        std::numeric_limits<double>::quiet_NaN();  ///< of the link in the map when last visited
-    double along_x = 0.0;                          ///< the link's vector in that direction
-    double along_y = 0.0;
   };
+  struct Place {
+    double x;
+    double y;
+  };
+  struct Block {  ///< of links
+    std::size_t begin = 0;
+    std::size_t count = 0;
+  };
+  struct Turning;
+  struct Moving;
 
   void takeNewLinks(const ExperienceGraph& graph);
-  void relax(Spring& spring, Pose2& start, Pose2& end) const;
+  void sweep();
+  void turnAndMove(const Block& turned, const Block& moved);
 
   int sweeps_;
   double correction_;
+  SinesCosines sines_cosines_;
   std::size_t links_taken_ = 0;
-  std::vector<Spring> springs_;  ///< by id of the start, then by age
-  std::vector<Pose2> places_;    ///< of the experiences
+  std::vector<Spring> springs_;     ///< by id of the start, then by age
+  std::vector<double> directions_;  ///< of the links in the map at their last turn
+  std::vector<double> sines_;       ///< of the directions
+  std::vector<double> cosines_;
+  std::vector<Place> places_;    ///< of the experiences
+  std::vector<double> facings_;  ///< of the experiences
 };
 
 }  // namespace ratslam

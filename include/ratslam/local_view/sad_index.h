@@ -1,5 +1,5 @@
-/// Templates as 8-bit values, laid out for fast sums of absolute differences (SAD) with a view at many
-/// shifts.
+/// Templates as blocks of values in 8 bits (block_grid.h), laid out for fast sums of absolute differences
+/// (SAD) with a view at many shifts. Where blocks are single values these are the SADs of all values.
 ///
 /// Templates are kept in groups of 8, their bytes interleaved (sad_kernels.h), and groups in segments that
 /// never move: adding costs O(1). The bytes of a group go column by column, so that the columns which one
@@ -12,31 +12,29 @@
 #include <vector>
 
 #include "ratslam/common/simd_level.h"
-#include "ratslam/local_view/local_view_params.h"
+#include "ratslam/local_view/block_grid.h"
 
 namespace ratslam {
 
 class SadIndex {
  public:
-  /// @param rows values in each of the template's columns.
-  SadIndex(const LocalViewParams& params, int rows, SimdLevel level);
+  SadIndex(BlockGrid grid, SimdLevel level);
   ~SadIndex();
   SadIndex(SadIndex&&) noexcept;
   SadIndex& operator=(SadIndex&&) noexcept;
 
-  /// @param bytes columns x rows values, column by column, here and below.
-  void add(const std::vector<std::uint8_t>& bytes);
+  /// @param values of a template, row by row.
+  void add(const std::vector<double>& values);
 
-  /// Template `id`, as it was added.
+  /// The blocks of template `id`, column by column.
   std::vector<std::uint8_t> bytes(std::size_t id) const;
 
   std::size_t groupCount() const;
 
-  /// Number of values compared at each shift: no SAD exceeds 255 times it.
-  std::size_t comparedBytes() const { return compared_bytes_; }
+  const BlockGrid& grid() const { return grid_; }
 
-  /// Lays a view out for the searches that follow.
-  void setView(const std::vector<std::uint8_t>& bytes);
+  /// Lays a view out for the searches that follow. @param values row by row.
+  void setView(const std::vector<double>& values);
 
   /// For each template of the groups [first, last), its smallest SAD over all shifts. The last group may be
   /// partly empty: what it gives for templates that are not there means nothing.
@@ -59,12 +57,7 @@ class SadIndex {
   std::size_t blockShift(std::size_t position) const;
   std::uint8_t* firstByteOf(std::size_t id) const;
 
-  int rows_;
-  int columns_;
-  int first_column_;  // of the view that is compared
-  int step_;
-  bool panoramic_;
-  std::size_t compared_bytes_;
+  BlockGrid grid_;
   std::size_t group_chunks_ = 0;
   std::size_t segment_groups_ = 1;
   std::vector<std::uint32_t> places_;  // of each byte of the first template in a group

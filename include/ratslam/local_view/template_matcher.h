@@ -2,9 +2,8 @@
 /// comparing every value of every template.
 ///
 ///   1. Mean gate. Templates whose mean differs too much from the view's are no candidates.
-///   2. Coarse bound. By the triangle inequality the difference of two columns is at least that of their
-///      means: the SAD, in 8 bits, of the means over the upper and the lower half of each column bounds
-///      each template's error from below.
+///   2. Coarse bound. The SAD of the means of some 30 blocks, in 8 bits, bounds each template's error from
+///      below (block_grid.h).
 ///   3. Fine bounds. For what that does not exclude, the SAD of all values in 8 bits bounds the error from
 ///      both sides. The template of the smallest coarse bound goes first, so that it excludes most others.
 ///   4. Exact error. The few templates whose bounds overlap the best's are compared in double, their
@@ -75,10 +74,12 @@ class TemplateMatcher {
   double meanDifference(const std::vector<double>& view, const std::vector<double>& learned, int shift) const;
 
   LocalViewParams params_;
-  SadIndex coarse_;                      // means over halves of columns
+  std::size_t compared_values_;          // at each shift
+  SadIndex coarse_;                      // means of blocks
   SadIndex fine_;                        // all values
   std::vector<double> means_;            // of whole groups: infinite where there is no template yet
   std::vector<std::uint32_t> rounding_;  // sum of what rounding to 8 bits moved the values, in levels
+  std::uint32_t largest_rounding_ = 0;
   std::vector<PackedTemplate> packed_;
   // Buffers of a search.
   std::vector<std::uint32_t> coarse_sads_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "sad_kernels.h"
 #include "sliding_sad.h"
@@ -11,8 +12,6 @@ namespace {
 
 constexpr std::size_t kSegmentChunks = 8192;   // 512 KB: a new segment is cheap,
 constexpr std::size_t kMaxSegmentGroups = 64;  // also that of a small map, and a search makes few calls
-
-std::size_t asSize(int value) { return static_cast<std::size_t>(value); }
 
 /// Where a group has byte `position` of its first template.
 std::uint32_t placeInGroup(std::uint32_t position) {
@@ -29,27 +28,39 @@ void spread(const std::vector<std::uint8_t>& bytes, std::size_t begin, std::size
   }
 }
 
-/// The masks of the shifts that begin to compare `compared` bytes at `begins`.
-ShiftBlock shiftBlock(const std::vector<std::size_t>& begins, std::size_t compared, std::size_t chunks) {
-  const auto [first, last] = std::minmax_element(begins.begin(), begins.end());
+/// The masks of the shifts that compare these runs of bytes.
+ShiftBlock shiftBlock(const std::vector<BlockRun>& runs, std::size_t chunks) {
   ShiftBlock block;
-  block.begin = *first / 8;
-  block.end = (*last + compared + 7) / 8;
-  block.inner_begin = (*last + 7) / 8;
-  block.inner_end = (*first + compared) / 8;
-  if (block.inner_end <= block.inner_begin) block.inner_begin = block.inner_end = block.end;  // all masked
+  std::size_t last_begin = 0;
+  std::size_t first_begin = chunks * 8;
+  std::size_t first_end = chunks * 8;
+  std::size_t last_end = 0;
   block.view.assign(chunks * kBlockShifts, 0);
   block.mask.assign(chunks * kBlockShifts, 0);
-  const std::vector<std::uint8_t> set(compared, 255);
-  for (std::size_t s = 0; s < kBlockShifts; ++s) spread(set, begins[s], s, block.mask);
+  for (std::size_t s = 0; s < kBlockShifts; ++s) {
+    const BlockRun& run = runs[s];
+    first_begin = std::min(first_begin, run.begin);
+    last_begin = std::max(last_begin, run.begin);
+    first_end = std::min(first_end, run.begin + run.count);
+    last_end = std::max(last_end, run.begin + run.count);
+    spread(std::vector<std::uint8_t>(run.count, 255), run.begin, s, block.mask);
+  }
+  block.begin = first_begin / 8;
+  block.end = (last_end + 7) / 8;
+  block.inner_begin = (last_begin + 7) / 8;
+  block.inner_end = first_end / 8;
+  if (block.inner_end <= block.inner_begin) block.inner_begin = block.inner_end = block.end;  // all masked
   return block;
 }
 
 }  // namespace
 
 struct SadIndex::View {
-  std::vector<std::vector<std::uint8_t>> compared;  // the view's bytes at each shift
-  std::vector<std::size_t> begins;                  // the template's byte which the first of them meets
+  const std::vector<std::uint8_t>& at(std::size_t shift) const {
+    return compared[std::min(shift, compared.size() - 1)];
+  }
+
+  std::vector<std::vector<std::uint8_t>> compared;  // what the view has at each shift, or at all
   SmallestSads smallest_sads = nullptr;             // by columns
   ShiftedViews shifted;
   bool slides = false;  // by rows
@@ -57,22 +68,12 @@ struct SadIndex::View {
   std::vector<std::uint32_t> quads;
 };
 
-SadIndex::SadIndex(const LocalViewParams& params, int rows, SimdLevel level)
-    : rows_(rows),
-      columns_(params.view_template.x_size),
-      first_column_(params.panoramic ? 0 : params.shift_match),
-      step_(params.step_match),
-      panoramic_(params.panoramic),
-      compared_bytes_(asSize(params.comparedColumns() * rows)),
-      view_(std::make_unique<View>()) {
-  const std::size_t shifts = asSize(params.shiftCount());
-  view_->compared.resize(shifts);
-  for (std::size_t i = 0; i < shifts; ++i) {
-    view_->begins.push_back(panoramic_ ? 0 : i * asSize(step_ * rows_));
-  }
+SadIndex::SadIndex(BlockGrid grid, SimdLevel level)
+    : grid_(std::move(grid)), view_(std::make_unique<View>()) {
+  const std::size_t shifts = grid_.runs().size();
   view_->smallest_sads = smallestSadsFor(level);
-  if (level == SimdLevel::kAvx512 && !panoramic_ && step_ == 1 && shifts > kBlockShifts) {
-    view_->shape = SlidingShape(asSize(columns_), asSize(rows_), shifts);
+  if (level == SimdLevel::kAvx512 && grid_.slidesByValues() && shifts > kBlockShifts) {
+    view_->shape = SlidingShape(grid_.columns(), grid_.rows(), shifts);
     view_->slides = view_->shape.isSupported();
   }
   if (view_->slides) {
@@ -89,22 +90,22 @@ SadIndex::SadIndex(SadIndex&&) noexcept = default;
 SadIndex& SadIndex::operator=(SadIndex&&) noexcept = default;
 
 void SadIndex::placeByColumns() {
-  const auto count = static_cast<std::uint32_t>(columns_ * rows_);
+  const auto count = static_cast<std::uint32_t>(grid_.columns() * grid_.rows());
   for (std::uint32_t i = 0; i < count; ++i) places_.push_back(placeInGroup(i));
   group_chunks_ = (count + 7) / 8;
   view_->shifted.group_chunks = group_chunks_;
-  for (std::size_t first = 0; first < view_->begins.size(); first += kBlockShifts) {
-    std::vector<std::size_t> begins;
-    for (std::size_t s = 0; s < kBlockShifts; ++s) begins.push_back(view_->begins[blockShift(first + s)]);
-    view_->shifted.blocks.push_back(shiftBlock(begins, compared_bytes_, group_chunks_));
+  for (std::size_t first = 0; first < grid_.runs().size(); first += kBlockShifts) {
+    std::vector<BlockRun> runs;
+    for (std::size_t s = 0; s < kBlockShifts; ++s) runs.push_back(grid_.runs()[blockShift(first + s)]);
+    view_->shifted.blocks.push_back(shiftBlock(runs, group_chunks_));
   }
 }
 
 void SadIndex::placeByRows() {
   group_chunks_ = view_->shape.group_chunks;
   view_->quads.resize(view_->shape.rows * view_->shape.quads);
-  for (std::size_t x = 0; x < asSize(columns_); ++x) {
-    for (std::size_t y = 0; y < asSize(rows_); ++y) {
+  for (std::size_t x = 0; x < grid_.columns(); ++x) {
+    for (std::size_t y = 0; y < grid_.rows(); ++y) {
       places_.push_back(static_cast<std::uint32_t>(view_->shape.chunkOf(x, y) * kChunkBytes + x % 8));
     }
   }
@@ -112,7 +113,7 @@ void SadIndex::placeByRows() {
 
 /// The last block is filled up with its last shift.
 std::size_t SadIndex::blockShift(std::size_t position) const {
-  return std::min(position, view_->begins.size() - 1);
+  return std::min(position, grid_.runs().size() - 1);
 }
 
 std::size_t SadIndex::groupCount() const { return (size_ + kGroupLanes - 1) / kGroupLanes; }
@@ -123,7 +124,8 @@ std::uint8_t* SadIndex::firstByteOf(std::size_t id) const {
   return segment[group % segment_groups_ * group_chunks_].bytes + id % kGroupLanes * 8;
 }
 
-void SadIndex::add(const std::vector<std::uint8_t>& bytes) {
+void SadIndex::add(const std::vector<double>& values) {
+  const std::vector<std::uint8_t> bytes = grid_.ofTemplate(values);
   if (size_ == segments_.size() * segment_groups_ * kGroupLanes) {
     segments_.push_back(std::make_unique<Chunk[]>(segment_groups_ * group_chunks_));
   }
@@ -131,7 +133,7 @@ void SadIndex::add(const std::vector<std::uint8_t>& bytes) {
   for (std::size_t i = 0; i < places_.size(); ++i) target[places_[i]] = bytes[i];
   if (view_->slides) {
     std::uint8_t* excesses = target + view_->shape.excess_chunk * kChunkBytes;
-    for (std::size_t shift = 0; shift < view_->begins.size(); ++shift) {
+    for (std::size_t shift = 0; shift < grid_.runs().size(); ++shift) {
       const std::uint16_t excess = slidingExcess(view_->shape, bytes, shift);
       std::memcpy(excesses + shift / 4 * kChunkBytes + shift % 4 * sizeof excess, &excess, sizeof excess);
     }
@@ -146,29 +148,18 @@ std::vector<std::uint8_t> SadIndex::bytes(std::size_t id) const {
   return bytes;
 }
 
-void SadIndex::setView(const std::vector<std::uint8_t>& bytes) {
-  const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(first_column_) * rows_;
-  for (std::size_t i = 0; i < view_->compared.size(); ++i) {
-    std::vector<std::uint8_t>& compared = view_->compared[i];
-    if (panoramic_) {
-      // Column x of the view meets column x + shift of the template.
-      const auto split = bytes.end() - static_cast<std::ptrdiff_t>(i * asSize(step_ * rows_));
-      compared.assign(split, bytes.end());
-      compared.insert(compared.end(), bytes.begin(), split);
-    } else {
-      compared.assign(first, first + static_cast<std::ptrdiff_t>(compared_bytes_));
-    }
-  }
+void SadIndex::setView(const std::vector<double>& values) {
+  grid_.ofView(values, view_->compared);
   if (view_->slides) {
     auto* words = reinterpret_cast<std::uint8_t*>(view_->quads.data());
     const std::uint8_t* compared = view_->compared[0].data();
     for (std::size_t x = 0; x < view_->shape.compared; ++x) {
-      for (std::size_t y = 0; y < asSize(rows_); ++y) words[y * view_->shape.quads * 4 + x] = *compared++;
+      for (std::size_t y = 0; y < view_->shape.rows; ++y) words[y * view_->shape.quads * 4 + x] = *compared++;
     }
   }
   for (std::size_t i = 0; i < view_->shifted.blocks.size() * kBlockShifts; ++i) {
     const std::size_t shift = blockShift(i);
-    spread(view_->compared[shift], view_->begins[shift], i % kBlockShifts,
+    spread(view_->at(shift), grid_.runs()[shift].begin, i % kBlockShifts,
            view_->shifted.blocks[i / kBlockShifts].view);
   }
 }
@@ -190,10 +181,12 @@ void SadIndex::smallestSads(std::size_t first, std::size_t last, std::uint32_t* 
 }
 
 std::uint32_t SadIndex::sad(const std::vector<std::uint8_t>& template_bytes, int shift_number) const {
-  const std::uint8_t* view = view_->compared[asSize(shift_number)].data();
-  const std::uint8_t* learned = template_bytes.data() + view_->begins[asSize(shift_number)];
+  const auto shift = static_cast<std::size_t>(shift_number);
+  const BlockRun& run = grid_.runs()[shift];
+  const std::uint8_t* view = view_->at(shift).data();
+  const std::uint8_t* learned = template_bytes.data() + run.begin;
   std::uint32_t sum = 0;
-  for (std::size_t b = 0; b < compared_bytes_; ++b) {
+  for (std::size_t b = 0; b < run.count; ++b) {
     const int difference = static_cast<int>(view[b]) - static_cast<int>(learned[b]);
     sum += static_cast<std::uint32_t>(difference < 0 ? -difference : difference);
   }

@@ -20,40 +20,6 @@ const LocalViewParams& validated(const LocalViewParams& params) {
   return params;
 }
 
-/// All values in 8 bits, column by column.
-std::vector<std::uint8_t> columnBytes(const ViewTemplate& view, const TemplateParams& params) {
-  const std::vector<std::uint8_t> by_row = quantised(view.values);
-  std::vector<std::uint8_t> bytes(by_row.size());
-  const auto columns = static_cast<std::size_t>(params.x_size);
-  std::uint8_t* next = bytes.data();
-  for (std::size_t x = 0; x < columns; ++x) {
-    for (std::size_t i = x; i < by_row.size(); i += columns) *next++ = by_row[i];
-  }
-  return bytes;
-}
-
-/// Bands of equally many rows that the coarse bound takes means over. Two tell real places apart far better
-/// than one (they see the horizon), and cost little.
-int bandCount(const TemplateParams& params) { return params.y_size > 1 ? 2 : 1; }
-int bandRows(const TemplateParams& params) { return params.y_size / bandCount(params); }
-
-/// Means of each column over each band in 8 bits, column by column. An odd row at the bottom is left out.
-std::vector<std::uint8_t> bandMeans(const ViewTemplate& view, const TemplateParams& params) {
-  const auto columns = static_cast<std::size_t>(params.x_size);
-  const auto bands = static_cast<std::size_t>(bandCount(params));
-  std::vector<std::uint8_t> means(columns * bands);
-  std::vector<double> sums(columns);
-  const double* row = view.values.data();
-  for (std::size_t band = 0; band < bands; ++band) {
-    std::fill(sums.begin(), sums.end(), 0.0);
-    for (int y = 0; y < bandRows(params); ++y, row += columns) {
-      for (std::size_t x = 0; x < columns; ++x) sums[x] += row[x];
-    }
-    for (std::size_t x = 0; x < columns; ++x) means[x * bands + band] = quantised(sums[x] / bandRows(params));
-  }
-  return means;
-}
-
 std::uint32_t smallestOfGroup(const std::uint32_t* values) {
   std::uint32_t smallest = values[0];
   for (std::size_t lane = 1; lane < kGroupLanes; ++lane) smallest = std::min(smallest, values[lane]);
@@ -72,8 +38,9 @@ std::uint32_t roundingOf(const ViewTemplate& view) {
 
 TemplateMatcher::TemplateMatcher(const LocalViewParams& params, SimdLevel level)
     : params_(validated(params)),
-      coarse_(params, bandCount(params.view_template), level),
-      fine_(params, params.view_template.y_size, level) {}
+      compared_values_(static_cast<std::size_t>(params.comparedColumns() * params.view_template.y_size)),
+      coarse_(BlockGrid::coarse(params), level),
+      fine_(BlockGrid::ofValues(params), level) {}
 
 void TemplateMatcher::checkSize(const ViewTemplate& view) const {
   const TemplateParams& expected = params_.view_template;
@@ -87,11 +54,12 @@ void TemplateMatcher::checkSize(const ViewTemplate& view) const {
 std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
   checkSize(learned);
   const auto id = static_cast<std::uint32_t>(size());
-  coarse_.add(bandMeans(learned, params_.view_template));
-  fine_.add(columnBytes(learned, params_.view_template));
+  coarse_.add(learned.values);
+  fine_.add(learned.values);
   if (id % kGroupLanes == 0) means_.resize(id + kGroupLanes, std::numeric_limits<double>::infinity());
   means_[id] = learned.mean;
   rounding_.push_back(roundingOf(learned));
+  largest_rounding_ = std::max(largest_rounding_, rounding_.back());
   packed_.emplace_back(learned, params_.view_template);
   return id;
 }
@@ -117,10 +85,10 @@ std::vector<double> TemplateMatcher::values(std::uint32_t id) const {
 
 std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view) {
   checkSize(view);
-  coarse_.setView(bandMeans(view, params_.view_template));
+  coarse_.setView(view.values);
   const std::optional<std::size_t> most_likely = boundCoarsely(view.mean);
   if (!most_likely) return std::nullopt;
-  fine_.setView(columnBytes(view, params_.view_template));
+  fine_.setView(view.values);
   collectCandidates(*most_likely, roundingOf(view));
   std::optional<TemplateMatch> best;
   for (const Candidate& candidate : candidates_) refine(candidate, view.values, best);
@@ -171,22 +139,27 @@ std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
 /// Fills candidates_ with every template that may be the best, the smallest 8-bit SAD first.
 void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t view_rounding) {
   const std::uint64_t coarse_rounding =
-      coarse_.comparedBytes() + 1;  // half a level for view and template each
-  const auto rows = static_cast<std::uint64_t>(bandRows(params_.view_template));  // in a mean
+      coarse_.grid().mostCompared() + 1;  // half a level for view and template each
+  const std::uint64_t in_block = coarse_.grid().valuesInBlock();
   std::uint64_t ceiling = kNoCandidate - 1;  // 255 times the best sum is at most this
   std::uint64_t coarse_limit = kNoCandidate - 1;
   std::array<std::uint32_t, kBatchGroups * kGroupLanes> sads{};
   const auto search_groups = [&](std::size_t first, std::size_t last, bool collect) {
     fine_.smallestSads(first, last, sads.data());
-    for (std::size_t id = first * kGroupLanes; id < last * kGroupLanes; ++id) {
-      const std::uint32_t sad = sads[id - first * kGroupLanes];
-      if (coarse_sads_[id] > coarse_limit) continue;
-      const std::uint32_t rounding = rounding_[id] + view_rounding;
-      if (sad > ceiling + rounding) continue;
-      if (collect) candidates_.push_back({sad, rounding, static_cast<std::uint32_t>(id)});
-      if (sad + std::uint64_t{rounding} >= ceiling) continue;
-      ceiling = sad + std::uint64_t{rounding};
-      coarse_limit = std::min<std::uint64_t>(coarse_limit, ceiling / rows + coarse_rounding);
+    for (std::size_t group = first; group < last; ++group) {
+      const std::uint32_t* group_sads = sads.data() + (group - first) * kGroupLanes;
+      if (smallestOfGroup(group_sads) > ceiling + largest_rounding_ + view_rounding) continue;
+      for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
+        const std::size_t id = group * kGroupLanes + lane;
+        const std::uint32_t sad = group_sads[lane];
+        if (coarse_sads_[id] > coarse_limit) continue;
+        const std::uint32_t rounding = rounding_[id] + view_rounding;
+        if (sad > ceiling + rounding) continue;
+        if (collect) candidates_.push_back({sad, rounding, static_cast<std::uint32_t>(id)});
+        if (sad + std::uint64_t{rounding} >= ceiling) continue;
+        ceiling = sad + std::uint64_t{rounding};
+        coarse_limit = std::min<std::uint64_t>(coarse_limit, ceiling / in_block + coarse_rounding);
+      }
     }
   };
   const auto group_excluded = [&](std::size_t group) {
@@ -216,8 +189,7 @@ void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t v
 void TemplateMatcher::refine(const Candidate& candidate, const std::vector<double>& view,
                              std::optional<TemplateMatch>& best) const {
   const auto hopeless = [&](std::uint32_t sad) {
-    return best &&
-           sad > 255.0 * best->error * static_cast<double>(fine_.comparedBytes()) + candidate.rounding;
+    return best && sad > 255.0 * best->error * static_cast<double>(compared_values_) + candidate.rounding;
   };
   if (hopeless(candidate.sad)) return;
   if (best && best->error == 0.0 && candidate.id > best->id) return;  // no error is smaller
@@ -249,7 +221,7 @@ double TemplateMatcher::meanDifference(const std::vector<double>& view, const st
     view_row += columns;
     learned_row += columns;
   }
-  return sum / static_cast<double>(fine_.comparedBytes());
+  return sum / static_cast<double>(compared_values_);
 }
 
 std::size_t TemplateMatcher::memoryBytes() const {

@@ -159,6 +159,37 @@ TEST(PoseGraphSolver, ClosesAJumpOfThreeHundredMetres) {
             1e-6);
 }
 
+/// A drive through a city of 20,000 places, about 12% of whose links are recalls, with odometry so bad that
+/// the places recalled lie up to some 500 m from where it puts the robot.
+TEST(PoseGraphSolver, EndsAtTheOptimumOfTheBatchOnALargeMapWithLargeClosures) {
+  CityDrive city;
+  city.experiences = 20000;
+  city.blocks = 11;
+  city.recall_share = 0.28;
+  city.length_noise = 0.01;
+  city.yaw_noise = 0.01;
+  ExperienceMapParams params;
+  params.exp_rotation_sigma = 0.02;
+  PoseGraph graph = graphOf(simulate(city), params);
+  const std::vector<MapPose> start = graph.nodes();
+  double recalls = 0.0;
+  double farthest = 0.0;
+  for (const Constraint& constraint : graph.constraints()) {
+    if (!constraint.recall) continue;
+    recalls += 1.0;
+    const MapPose& from = start[constraint.from];
+    const MapPose& to = start[constraint.to];
+    farthest = std::max(farthest, std::hypot(to.x - from.x, to.y - from.y));
+  }
+  EXPECT_NEAR(recalls / static_cast<double>(graph.constraints().size()), 0.12, 0.01);
+  EXPECT_GT(farthest, 300.0);
+  PoseGraphSolver solver(false, false, kTolerance);
+  solver.advance(graph, kUnlimited);
+  ASSERT_TRUE(solver.settled(graph));
+  const auto batch = solveBatch(graph, start, false, false, params.exp_recall_kernel);
+  EXPECT_LT(largestDistance(batch, graph.nodes()), 1e-6);
+}
+
 TEST(PoseGraphSolver, HasNothingToDoWithoutRecalls) {
   CityDrive city = noisyCity();
   city.recall_share = 0.0;

@@ -28,18 +28,65 @@ ExperienceGraph unrelaxedGraph(unsigned seed) {
 class RelaxationOfDrive : public testing::TestWithParam<unsigned> {};
 
 TEST_P(RelaxationOfDrive, EqualsThePlainSweepsToTheBit) {
-  ExperienceGraph graph = unrelaxedGraph(GetParam());
-  OracleRelaxation oracle(graph);
-  Relaxation relaxation(7, 0.4);
-  RobotPlace robot;
-  for (int update = 0; update < 5; ++update) {
-    relaxation.update(graph, robot);
-    oracle.sweep(7, 0.4);
-    for (std::uint32_t id = 0; id < graph.experiences().size(); ++id) {
-      ASSERT_EQ(graph.pose(id).x, oracle.nodes()[id].x);
-      ASSERT_EQ(graph.pose(id).y, oracle.nodes()[id].y);
-      ASSERT_EQ(graph.pose(id).yaw, oracle.nodes()[id].th);
+  for (const SimdLevel level : availableSimdLevels()) {
+    ExperienceGraph graph = unrelaxedGraph(GetParam());
+    OracleRelaxation oracle(graph);
+    Relaxation relaxation(7, 0.4, level);
+    RobotPlace robot;
+    for (int update = 0; update < 5; ++update) {
+      relaxation.update(graph, robot);
+      oracle.sweep(7, 0.4);
+      for (std::uint32_t id = 0; id < graph.experiences().size(); ++id) {
+        ASSERT_EQ(graph.pose(id).x, oracle.nodes()[id].x);
+        ASSERT_EQ(graph.pose(id).y, oracle.nodes()[id].y);
+        ASSERT_EQ(graph.pose(id).yaw, oracle.nodes()[id].th);
+      }
     }
+  }
+}
+
+/// A graph that grows from one place to several blocks of links, with an update and a rest after each.
+TEST(Relaxation, EqualsThePlainSweepsWhileTheGraphGrows) {
+  ExperienceGraph graph;
+  Relaxation relaxation(3, 0.5);
+  RobotPlace robot;
+  for (std::uint32_t id = 0; id < 200; ++id) {
+    MapPose pose;
+    pose.x = 0.9 * id;
+    pose.yaw = 0.01 * id;
+    graph.addExperience(pose);
+    Link link;
+    link.from = id / 2;
+    link.to = id;
+    link.distance = 1.0;
+    link.heading_rad = 0.3;
+    link.facing_rad = id % 3 == 0 ? 3.0 : -0.2;
+    if (id > 0) graph.addLink(link);
+    OracleRelaxation oracle(graph);
+    const int updates = id == 100 ? 400 : 2;
+    for (int update = 0; update < updates; ++update) {
+      oracle.sweep(3, 0.5);
+      relaxation.update(graph, robot);
+    }
+    for (std::uint32_t node = 0; node <= id; ++node) {
+      ASSERT_EQ(graph.pose(node).x, oracle.nodes()[node].x);
+      ASSERT_EQ(graph.pose(node).y, oracle.nodes()[node].y);
+      ASSERT_EQ(graph.pose(node).yaw, oracle.nodes()[node].th);
+    }
+  }
+}
+
+/// The C library's sine and cosine make another map in the last digits only.
+TEST_P(RelaxationOfDrive, IsNextToTheOneWithTheLibrarysSine) {
+  const ExperienceGraph graph = unrelaxedGraph(GetParam());
+  OracleRelaxation fixed(graph);
+  OracleRelaxation library(graph);
+  fixed.sweep(100, 0.5);
+  library.sweep(100, 0.5, LibrarySineCosine());
+  for (std::size_t id = 0; id < graph.experiences().size(); ++id) {
+    ASSERT_NEAR(fixed.nodes()[id].x, library.nodes()[id].x, 1e-10);
+    ASSERT_NEAR(fixed.nodes()[id].y, library.nodes()[id].y, 1e-10);
+    ASSERT_EQ(fixed.nodes()[id].th, library.nodes()[id].th);
   }
 }
 

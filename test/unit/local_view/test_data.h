@@ -24,6 +24,17 @@ inline cv::Mat kittiImage(int frame) {
   return cv::imread((dataFolder() / "kitti_00/image_0" / name).string(), cv::IMREAD_GRAYSCALE);
 }
 
+inline LocalViewParams smallParams(int columns, int rows, int shift, int step, bool panoramic) {
+  LocalViewParams params;
+  params.view_template.x_size = columns;
+  params.view_template.y_size = rows;
+  params.shift_match = shift;
+  params.step_match = step;
+  params.panoramic = panoramic;
+  params.match_threshold = 0.2;
+  return params;
+}
+
 /// Parameters of openratslam_reference/local_view_forward.csv.
 inline LocalViewParams forwardReference() {
   LocalViewParams params;

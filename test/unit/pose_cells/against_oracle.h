@@ -11,6 +11,14 @@
 
 namespace ratslam {
 
+/// Parameters of a volume of n_th layers of n_xy x n_xy cells.
+inline PoseCellParams sized(int n_xy, int n_th) {
+  PoseCellParams params;
+  params.n_xy = n_xy;
+  params.n_th = n_th;
+  return params;
+}
+
 /// Largest difference of a cell's activity, after both are scaled to sum 1: between an injection and the next
 /// iteration the plain network, as the model, is not normalised.
 inline double largestDifference(const ActivityGrid& fast, const oracle::Network& plain) {

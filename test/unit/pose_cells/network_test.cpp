@@ -10,13 +10,6 @@
 namespace ratslam {
 namespace {
 
-PoseCellParams sized(int n_xy, int n_th) {
-  PoseCellParams params;
-  params.n_xy = n_xy;
-  params.n_th = n_th;
-  return params;
-}
-
 /// Moves a packet and tells how far the estimate went, in cells.
 struct Way {
   double x, y, th;

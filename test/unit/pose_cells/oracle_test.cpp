@@ -41,13 +41,6 @@ class Twins {
   oracle::Network plain;
 };
 
-PoseCellParams sized(int n_xy, int n_th) {
-  PoseCellParams params;
-  params.n_xy = n_xy;
-  params.n_th = n_th;
-  return params;
-}
-
 struct Case {
   const char* name;
   PoseCellParams params;
