@@ -12,6 +12,12 @@ namespace ratslam {
 
 std::unique_ptr<Recording> openRecording(const std::string& path, const RecordingOptions& options) {
   namespace fs = std::filesystem;
+  const bool recorder =
+      fs::is_directory(path) && !fs::is_directory(path + "/image_0") && RecorderFolder::recognises(path);
+  if (options.rotate_deg != 0 && !recorder) {
+    throw std::runtime_error(path + ": --rotate " + std::to_string(options.rotate_deg) +
+                             " is for a recorder's folder; a bag or KITTI sequence has its images upright");
+  }
   if (!fs::is_directory(path)) {
     return std::make_unique<BagRecording>(
         path, BagTopics{options.image_topic, options.odometry_topic, options.with_odometry});
@@ -21,7 +27,7 @@ std::unique_ptr<Recording> openRecording(const std::string& path, const Recordin
                              ": a folder has no odometry topic; give --odometry profile, orb or a CSV file");
   }
   if (fs::is_directory(path + "/image_0")) return std::make_unique<KittiFolder>(path);
-  if (RecorderFolder::recognises(path)) return std::make_unique<RecorderFolder>(path);
+  if (recorder) return std::make_unique<RecorderFolder>(path, options.rotate_deg);
   throw std::runtime_error(path +
                            ": neither a KITTI sequence (image_0/, times.txt) nor a recorder's folder " +
                            "(images/, data_image.txt)");

@@ -49,6 +49,9 @@ po::options_description describe(RunOptions& options) {
   add("calibration", po::value(&options.calibration),
       "YAML file of the camera's intrinsics, as config/calibration/phone_example.yaml (a recorder's folder "
       "has none of its own)");
+  add("rotate", po::value(&options.recording.rotate_deg)->default_value(0),
+      "recorder's folder: turn the images clockwise by 90, 180 or 270 degrees; the calibration is of turned "
+      "ones");
   add("set", po::value(&options.assignments)->composing(), "key=value, overrides the configuration");
   add("max-frames", po::value(&options.max_frames)->default_value(0), "stop after so many images");
   add("video", po::value(&options.video),

@@ -19,8 +19,9 @@ class RecorderFolder : public Recording {
   /// Whether a folder looks like the recorder's.
   static bool recognises(const std::string& folder);
 
-  /// @throws std::runtime_error naming file, line and reason
-  explicit RecorderFolder(const std::string& folder);
+  /// @param clockwise_deg turns the images: 0, 90, 180 or 270 (phones may store them as the sensor lies)
+  /// @throws std::runtime_error naming file, line and reason; std::invalid_argument for another angle
+  explicit RecorderFolder(const std::string& folder, int clockwise_deg = 0);
 
   std::optional<RecordedItem> next() override;
   std::size_t imageCount() const override { return images_.size(); }
@@ -28,6 +29,7 @@ class RecorderFolder : public Recording {
  private:
   std::vector<std::pair<Stamp, std::string>> images_;  ///< stamp and path, by stamp
   std::size_t next_ = 0;
+  int quarter_turns_ = 0;  ///< clockwise
 };
 
 }  // namespace ratslam

@@ -1,12 +1,14 @@
 #include "ratslam/dataset/recorder_folder.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 #include <tuple>
 
+#include "ratslam/common/params.h"
 #include "ratslam/dataset/csv.h"
 
 namespace ratslam {
@@ -22,13 +24,26 @@ std::optional<Stamp> stampOfName(const std::string& name) {
   return name.size() <= 13 ? number * 1000000 : number;
 }
 
+cv::Mat turned(const cv::Mat& image, int quarter_turns) {
+  if (quarter_turns == 0 || image.empty()) return image;
+  constexpr std::array<cv::RotateFlags, 3> kTurns = {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
+                                                     cv::ROTATE_90_COUNTERCLOCKWISE};
+  cv::Mat upright;
+  cv::rotate(image, upright, kTurns[static_cast<std::size_t>(quarter_turns) - 1]);
+  return upright;
+}
+
 }  // namespace
 
 bool RecorderFolder::recognises(const std::string& folder) {
   return fs::exists(folder + "/data_image.txt") || fs::is_directory(folder + "/images");
 }
 
-RecorderFolder::RecorderFolder(const std::string& folder) {
+RecorderFolder::RecorderFolder(const std::string& folder, int clockwise_deg)
+    : quarter_turns_(clockwise_deg / 90) {
+  if (clockwise_deg < 0 || clockwise_deg > 270 || clockwise_deg % 90 != 0) {
+    throwBadValue("rotate", clockwise_deg, "it must be 0, 90, 180 or 270 degrees");
+  }
   const std::string index_path = folder + "/data_image.txt";
   std::string malformed;
   if (std::ifstream index(index_path); index) {
@@ -69,7 +84,9 @@ std::optional<RecordedItem> RecorderFolder::next() {
   RecordedImage image;
   image.stamp = images_[next_].first;
   image.name = images_[next_].second;
-  image.decode = [path = image.name] { return cv::imread(path, cv::IMREAD_UNCHANGED); };
+  image.decode = [path = image.name, turns = quarter_turns_] {
+    return turned(cv::imread(path, cv::IMREAD_UNCHANGED), turns);
+  };
   ++next_;
   return image;
 }

@@ -138,6 +138,29 @@ TEST_F(DatasetTest, RecorderFolderTakesStampsFromItsIndexOrFromTheNames) {
   EXPECT_FALSE(recorder.next().has_value());
 }
 
+TEST_F(DatasetTest, RecorderFolderTurnsImagesThatWereStoredUnrotated) {
+  fs::create_directories(folder_ / "images");
+  cv::Mat stored(8, 16, CV_8UC1, cv::Scalar(10));
+  stored(cv::Rect(0, 0, 4, 4)) = 200;  // top left
+  cv::imwrite((folder_ / "images/1669759744666.png").string(), stored);
+  const auto bright_corner = [&](int rotate) {
+    RecorderFolder recorder(folder_.string(), rotate);
+    const cv::Mat image = std::get<RecordedImage>(*recorder.next()).decode();
+    EXPECT_EQ(image.size(), rotate % 180 == 0 ? cv::Size(16, 8) : cv::Size(8, 16));
+    return std::string(image.at<uchar>(0, 0) == 200                             ? "top left"
+                       : image.at<uchar>(0, image.cols - 1) == 200              ? "top right"
+                       : image.at<uchar>(image.rows - 1, 0) == 200              ? "bottom left"
+                       : image.at<uchar>(image.rows - 1, image.cols - 1) == 200 ? "bottom right"
+                                                                                : "none");
+  };
+  EXPECT_EQ(bright_corner(0), "top left");
+  EXPECT_EQ(bright_corner(90), "top right");
+  EXPECT_EQ(bright_corner(180), "bottom right");
+  EXPECT_EQ(bright_corner(270), "bottom left");
+  EXPECT_NE(complaint([&] { RecorderFolder(folder_.string(), 45); }).find("0, 90, 180 or 270"),
+            std::string::npos);
+}
+
 TEST_F(DatasetTest, RecorderNamesInNanosecondsAndFaultyIndexes) {
   fs::create_directories(folder_ / "images");
   cv::imwrite((folder_ / "images/1669759744666123456.jpg").string(), cv::Mat(8, 8, CV_8UC1, cv::Scalar(9)));
