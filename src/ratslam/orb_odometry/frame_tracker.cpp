@@ -14,6 +14,9 @@ constexpr double kFallbackRadius = 6.0;  // descriptor search where alignment fr
 constexpr std::size_t kShare = 64;       // landmarks that one worker takes at a time
 constexpr double kLenientCorrelation = 0.7;  // of patches where tracking fails otherwise
 constexpr int kEnoughForPose = 40;           // inliers at which no wider search is needed
+// Matches by chance, anywhere in the window, err by 0.6 of its radius, and all fit a pose with such errors.
+constexpr double kMostSpread = 0.25;  // standard deviation of errors, of the search radius
+constexpr double kMostSigma = 1.5;    // of aligned patches [px]
 
 /// Pose from descriptor matches of the last frame's landmarks.
 PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map,
@@ -37,6 +40,7 @@ PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map,
       matches.push_back({landmark->position, feature.pixel, frame.pyramid.scale(feature.level)});
     }
     PoseEstimate estimate = refinePose(camera, predicted, matches, loss);
+    if (estimate.sigma > kMostSpread * radius) continue;
     if (estimate.inliers > best.inliers) best = std::move(estimate);
     if (best.inliers >= kEnoughForPose && 2 * best.inliers > static_cast<int>(matches.size())) break;
   }
@@ -113,7 +117,7 @@ TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const Ri
   }
   outcome.in_view = static_cast<int>(in_view.size());
   outcome.estimate = refinePose(camera, pose, matches, params.loss);
-  if (outcome.estimate.inliers < params.min_tracked) return outcome;
+  if (outcome.estimate.inliers < params.min_tracked || outcome.estimate.sigma > kMostSigma) return outcome;
 
   outcome.tracked = true;
   frame.T_camera_world = outcome.estimate.T_camera_world;
