@@ -22,7 +22,7 @@ function(ratslam_unit_tests)
       target_link_libraries(${module}_test PRIVATE ${library} GTest::GTest GTest::Main)
       target_compile_definitions(${module}_test PRIVATE RATSLAM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
       if(Ceres_FOUND AND module STREQUAL "orb_odometry")
-        target_link_libraries(${module}_test PRIVATE Ceres::ceres)
+        target_link_libraries(${module}_test PRIVATE ${CERES_LIBRARIES})  # Ceres 1.14 has another target
         target_compile_definitions(${module}_test PRIVATE RATSLAM_HAVE_CERES)
       endif()
       ratslam_warnings(${module}_test)

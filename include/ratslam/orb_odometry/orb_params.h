@@ -45,7 +45,7 @@ struct OrbOdometryParams {
     visit("camera_pitch_deg", camera_pitch_deg, Bounds{-60.0, 60.0},
           "camera looking down by this much [deg]");
     visit("orb_refine_lens", refine_lens, Bounds{},
-          "find the radial lens error that the calibration has left, and correct it");
+          "find the lens error (radial, tangential) that the calibration has left, and correct it");
     visit("nominal_speed", nominal_speed, Bounds{0.0, 1000.0},
           "speed assumed while the map starts, where camera_height is unknown [m/s]; 0 = median depth is 1");
     visit("orb_window_keyframes", window_keyframes, Bounds{2, 50}, "keyframes refined together");

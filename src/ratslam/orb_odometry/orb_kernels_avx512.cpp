@@ -2,7 +2,7 @@
 
 #if defined(__x86_64__)
 #pragma GCC push_options
-#pragma GCC target("avx512f,avx512bw,prefer-vector-width=512")
+#pragma GCC target("avx512f,avx512bw")
 
 #define RATSLAM_REGISTER_BYTES 64
 
