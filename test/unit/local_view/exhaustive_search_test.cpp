@@ -221,7 +221,7 @@ TEST(Search, TellsApartWhatEightBitsCannot) {
   const cv::Mat place = randomImage(random, 1200, 240, CV_8UC1, 10, 240);
   for (int i = 0; i < 40; ++i) {
     cv::Mat changed = place.clone();
-    for (int k = 0; k < (i * 17) % 40 + 1; ++k) changed.at<std::uint8_t>((k * 29) % 240, 120 + k * 20) += 1;
+    for (int k = 0; k < (i * 17) % 40 + 1; ++k) ++changed.at<std::uint8_t>((k * 29) % 240, 120 + k * 20);
     searches.learn(changed);
   }
   const auto match = searches.compare(place);
@@ -239,7 +239,7 @@ TEST(Search, GatesTemplatesAtExactlyTheThreshold) {
   searches.learn(image);
   int found = 0;
   for (int i = 0; i < 1200; ++i) {
-    image.at<std::uint8_t>(i / 10 % 10, i % 10) += 1;
+    ++image.at<std::uint8_t>(i / 10 % 10, i % 10);
     if (i > 900) found += searches.compare(image).has_value() ? 1 : 0;
   }
   EXPECT_EQ(found, 1020 - 901);  // 0.04 of the whole is 1020 grey levels

@@ -125,6 +125,14 @@ struct ReprojectionCost {
   }
 };
 
+void keepUnit(ceres::Problem& problem, double* quaternion) {
+#if CERES_VERSION_MAJOR > 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR >= 1)
+  problem.SetManifold(quaternion, new ceres::QuaternionManifold);
+#else
+  problem.SetParameterization(quaternion, new ceres::QuaternionParameterization);
+#endif
+}
+
 TEST(BundleAdjustment, ReachesTheMinimumThatCeresFinds) {
   Scene scene = makeScene(0.7);
   for (std::size_t i = 0; i < scene.start.observations.size(); i += 37) {
@@ -146,7 +154,7 @@ TEST(BundleAdjustment, ReachesTheMinimumThatCeresFinds) {
                              points[static_cast<std::size_t>(observation.point)].data());
   }
   for (std::size_t pose = 0; pose < rotations.size(); ++pose) {
-    problem.SetManifold(rotations[pose].data(), new ceres::QuaternionManifold);
+    keepUnit(problem, rotations[pose].data());
     if (static_cast<int>(pose) < scene.start.free_poses) continue;
     problem.SetParameterBlockConstant(rotations[pose].data());
     problem.SetParameterBlockConstant(translations[pose].data());
