@@ -57,6 +57,15 @@ CASES = [
     Case("mapMessage/100000", "map message of 100 k experiences"),
     Case("markerMessage/100000", "map marker of 100 k experiences"),
     Case("mapPicture/100000", "map picture of 100 k experiences"),
+    Case(
+        "wholeFrames/large:0/threads:1",
+        "ORB frame 1241x376, one core, median",
+        bar_ms=25,
+        time="median_ms",
+    ),
+    Case("wholeFrames/large:0/threads:2", "ORB frame 1241x376, two cores, median", time="median_ms"),
+    Case("wholeFrames/large:1/threads:1", "ORB frame 1280x960, one core, median", time="median_ms"),
+    Case("wholeFrames/large:1/threads:2", "ORB frame 1280x960, two cores, median", time="median_ms"),
 ]
 
 _MILLISECONDS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
