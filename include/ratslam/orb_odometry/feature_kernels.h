@@ -56,7 +56,7 @@ struct FeatureKernels {
   int (*hammingDistance)(const std::uint8_t* a, const std::uint8_t* b);
 };
 
-/// Those of AVX-512 or AVX2, and for every other level what all machines of the architecture have.
+/// Those of AVX2 for AVX-512, too, and for every other level what all machines of the architecture have.
 /// @pre the machine has the level.
 const FeatureKernels& featureKernels(SimdLevel level = bestSimdLevel());
 

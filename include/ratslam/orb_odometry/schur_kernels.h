@@ -35,6 +35,7 @@ struct SchurKernels {
                          PoseEquations* equations);
 };
 
+/// Those of AVX-512 or AVX2, and for every other level what all machines of the architecture have.
 /// @pre the machine has the level.
 const SchurKernels& schurKernels(SimdLevel level = bestSimdLevel());
 
