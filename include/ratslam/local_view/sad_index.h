@@ -26,7 +26,7 @@ class SadIndex {
   /// @param values of a template, row by row.
   void add(const std::vector<double>& values);
 
-  /// The blocks of template `id`, column by column.
+  /// The blocks of template `id`, row by row.
   std::vector<std::uint8_t> bytes(std::size_t id) const;
 
   std::size_t groupCount() const;
@@ -40,9 +40,6 @@ class SadIndex {
   /// partly empty: what it gives for templates that are not there means nothing.
   /// @param smallest 8 values a group.
   void smallestSads(std::size_t first, std::size_t last, std::uint32_t* smallest) const;
-
-  /// SAD of the view and one template at one shift. @param template_bytes what bytes(id) gives.
-  std::uint32_t sad(const std::vector<std::uint8_t>& template_bytes, int shift_number) const;
 
   std::size_t memoryBytes() const;
 

@@ -69,9 +69,7 @@ class TemplateMatcher {
   std::optional<std::size_t> boundCoarsely(double view_mean);
   void collectCandidates(std::size_t most_likely, std::uint32_t view_rounding);
   void refine(const Candidate& candidate, const std::vector<double>& view,
-              std::optional<TemplateMatch>& best) const;
-  std::vector<std::uint8_t> byRows(const std::vector<std::uint8_t>& by_column) const;
-  double meanDifference(const std::vector<double>& view, const std::vector<double>& learned, int shift) const;
+              std::optional<TemplateMatch>& best);
 
   LocalViewParams params_;
   std::size_t compared_values_;          // at each shift
@@ -84,6 +82,8 @@ class TemplateMatcher {
   // Buffers of a search.
   std::vector<std::uint32_t> coarse_sads_;
   std::vector<Candidate> candidates_;
+  std::vector<std::uint8_t> view_bytes_;
+  std::vector<std::uint32_t> shift_sads_;
 };
 
 }  // namespace ratslam

@@ -7,35 +7,65 @@
 namespace ratslam {
 namespace {
 
-constexpr int kBlocksAcross = 5;  // what is compared, of which a shift covers at least 4 wholly
-constexpr int kBands = 5;
+constexpr std::size_t kBlocksAcross = 5;  // what is compared, of which a shift covers at least 4 wholly
+constexpr std::size_t kBands = 5;
 
 std::size_t asSize(int value) { return static_cast<std::size_t>(value); }
 
-}  // namespace
-
-BlockGrid::BlockGrid(const LocalViewParams& params, int width, int height)
-    : columns_(asSize(params.view_template.x_size)),
-      rows_(asSize(params.view_template.y_size)),
-      width_(asSize(width)),
-      height_(asSize(height)),
-      step_(asSize(params.step_match)),
-      panoramic_(params.panoramic) {
-  const std::size_t compared = asSize(params.comparedColumns());
-  const std::size_t first_column = panoramic_ ? 0 : asSize(params.shift_match);
-  for (std::size_t i = 0; i < asSize(params.shiftCount()); ++i) {
-    const std::size_t begin = panoramic_ ? 0 : i * step_;
-    const std::size_t first = (begin + width_ - 1) / width_;
-    const std::size_t last = (begin + compared) / width_;
-    runs_.push_back({first * rows(), (last - first) * rows()});
-    // Column x of the view meets column x + shift of the template.
-    view_columns_.push_back((first * width_ + first_column + columns_ - i * step_) % columns_);
+/// Sums of `count` neighbouring values, from each of them that has so many on. They are put together from
+/// sums of 1, 2, 4 ... neighbours, which `values` becomes one after the other.
+void sumNeighbours(std::vector<double>& values, std::size_t count, std::vector<double>& sums) {
+  sums.assign(values.size() + 1 - count, 0.0);
+  std::size_t summed = 0;
+  for (std::size_t power = 1; power <= count; power *= 2) {
+    if (power > 1) {
+      for (std::size_t x = 0; x + power / 2 < values.size(); ++x) values[x] += values[x + power / 2];
+    }
+    if ((count & power) == 0) continue;
+    for (std::size_t x = 0; x < sums.size(); ++x) sums[x] += values[x + summed];
+    summed += power;
   }
 }
 
+}  // namespace
+
+BlockGrid::BlockGrid(const LocalViewParams& params, std::size_t width, std::size_t height, const Extent& cut)
+    : columns_(asSize(params.view_template.x_size)),
+      rows_(asSize(params.view_template.y_size)),
+      width_(width),
+      height_(height),
+      step_(asSize(params.step_match)),
+      panoramic_(params.panoramic),
+      first_compared_(panoramic_ ? 0 : asSize(params.shift_match)),
+      first_column_(cut.begin),
+      block_columns_((cut.end - cut.begin) / width) {
+  const std::size_t compared = asSize(params.comparedColumns());
+  for (std::size_t i = 0; i < asSize(params.shiftCount()); ++i) {
+    const std::size_t begin = panoramic_ ? 0 : i * step_;
+    const std::size_t end = begin + compared;
+    const std::size_t first = begin > cut.begin ? (begin - cut.begin + width_ - 1) / width_ : 0;
+    const std::size_t last = std::min((end - cut.begin) / width_, block_columns_);
+    runs_.push_back({first * rows(), (last - first) * rows()});
+    // Column x of the view meets column x + shift of the template.
+    view_columns_.push_back((cut.begin + first * width_ + first_compared_ + columns_ - i * step_) % columns_);
+  }
+  const auto is_first = [&](std::size_t column) { return column == view_columns_.front(); };
+  same_at_all_shifts_ = width_ == 1 && std::all_of(view_columns_.begin(), view_columns_.end(), is_first);
+}
+
+BlockGrid BlockGrid::ofValues(const LocalViewParams& params) {
+  return {params, 1, 1, {0, asSize(params.view_template.x_size)}};
+}
+
 BlockGrid BlockGrid::coarse(const LocalViewParams& params) {
-  return {params, std::max(1, params.comparedColumns() / kBlocksAcross),
-          std::max(1, params.view_template.y_size / kBands)};
+  const std::size_t columns = asSize(params.view_template.x_size);
+  const std::size_t compared = asSize(params.comparedColumns());
+  const std::size_t width = std::max<std::size_t>(1, compared / kBlocksAcross);
+  const std::size_t height = std::max<std::size_t>(1, asSize(params.view_template.y_size) / kBands);
+  const std::size_t by_highest_shift = params.panoramic ? 0 : columns - compared;  // first compared column
+  const std::size_t by_all_shifts = compared > by_highest_shift ? compared - by_highest_shift : 0;
+  const bool enough = by_all_shifts / width * width * kBlocksAcross >= (kBlocksAcross - 1) * compared;
+  return {params, width, height, enough ? Extent{by_highest_shift, compared} : Extent{0, columns}};
 }
 
 std::size_t BlockGrid::mostCompared() const {
@@ -44,14 +74,15 @@ std::size_t BlockGrid::mostCompared() const {
   return most;
 }
 
-/// Means of the columns of blocks that begin at the columns 0, step, 2 * step ... of the values, which close
-/// into a circle.
-void BlockGrid::columnMeans(const std::vector<double>& values, std::size_t step, std::size_t count,
+/// Means of the columns of blocks that begin at every step-th column of the extent and lie in it, of values
+/// that close into a circle.
+void BlockGrid::columnMeans(const std::vector<double>& values, const Extent& extent, std::size_t step,
                             std::vector<std::uint8_t>& means) const {
   const std::size_t bands = rows();
+  const std::size_t count = (extent.end - extent.begin - width_) / step + 1;
   means.resize(count * bands);
   std::vector<double> sums(columns_ + width_ - 1);
-  std::vector<double> block_sums(columns_);
+  std::vector<double> block_sums;
   std::vector<std::uint8_t> of_band(columns_);
   const double share = 1.0 / static_cast<double>(valuesInBlock());
   const double* row = values.data();
@@ -62,28 +93,26 @@ void BlockGrid::columnMeans(const std::vector<double>& values, std::size_t step,
       for (std::size_t x = 0; x < columns_; ++x) sums[x] += row[x];
     }
     std::copy_n(sums.begin(), width_ - 1, sums.begin() + static_cast<std::ptrdiff_t>(columns_));
-    std::copy_n(sums.begin(), columns_, block_sums.begin());
-    for (std::size_t k = 1; k < width_; ++k) {
-      for (std::size_t x = 0; x < columns_; ++x) block_sums[x] += sums[x + k];
-    }
-    for (std::size_t x = 0; x < columns_; ++x) of_band[x] = quantised(block_sums[x] * share);
+    sumNeighbours(sums, width_, block_sums);
+    std::transform(block_sums.begin(), block_sums.end(), of_band.begin(),
+                   [share](double sum) { return quantised(sum * share); });
     std::uint8_t* target = means.data() + band;
-    for (std::size_t i = 0; i < count; ++i) target[i * bands] = of_band[i * step];
+    const std::uint8_t* source = of_band.data() + extent.begin;
+    for (std::size_t i = 0; i < count; ++i) target[i * bands] = source[i * step];
   }
 }
 
 std::vector<std::uint8_t> BlockGrid::ofTemplate(const std::vector<double>& values) const {
   std::vector<std::uint8_t> means;
-  columnMeans(values, width_, columns(), means);
+  columnMeans(values, {first_column_, first_column_ + block_columns_ * width_}, width_, means);
   return means;
 }
 
 void BlockGrid::ofView(const std::vector<double>& values,
                        std::vector<std::vector<std::uint8_t>>& means) const {
   std::vector<std::uint8_t> at_column;  // of the blocks that begin at each column of the view
-  columnMeans(values, 1, columns_, at_column);
-  const bool same_at_all_shifts = width_ == 1 && !panoramic_;
-  means.resize(same_at_all_shifts ? 1 : runs_.size());
+  columnMeans(values, {0, columns_ + width_ - 1}, 1, at_column);
+  means.resize(same_at_all_shifts_ ? 1 : runs_.size());
   for (std::size_t shift = 0; shift < means.size(); ++shift) {
     std::size_t column = view_columns_[shift];
     means[shift].resize(runs_[shift].count);

@@ -20,7 +20,7 @@ std::uint64_t smallestSum(std::uint8_t byte, double sums_per_level) {
   // The first whole number from half a level below the byte's on, less what the rounding of the value and of
   // this product can amount to. Truncation, because std::ceil costs a call on older processors.
   const double sum = (byte - 0.5) * sums_per_level * (1.0 - 1e-12) + (1.0 - 1e-9);
-  return sum > 0.0 ? static_cast<std::uint64_t>(static_cast<std::int64_t>(sum)) : 0;
+  return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::max(sum, 0.0)));
 }
 
 }  // namespace
@@ -57,14 +57,13 @@ std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& byte
   blocks.columns = params.x_size;
   blocks.rows = params.y_size;
   blocks.full_scale = full_scale_;
-  blocks.sums.reserve(bytes.size());
+  blocks.sums.resize(bytes.size());
   const std::uint64_t mask = (std::uint64_t{1} << bits_) - 1;
   std::size_t position = 0;
-  for (const std::uint8_t byte : bytes) {
+  for (std::size_t i = 0; i < bytes.size(); ++i, position += bits_) {
     std::uint64_t word = 0;
     std::memcpy(&word, packed_.get() + position / 8, kReadBytes);
-    blocks.sums.push_back(smallestSum(byte, sums_per_level_) + ((word >> (position % 8)) & mask));
-    position += bits_;
+    blocks.sums[i] = smallestSum(bytes[i], sums_per_level_) + ((word >> (position % 8)) & mask);
   }
   return templateValues(blocks, scale_, params);
 }

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "ratslam/local_view/view_template.h"
 #include "sad_kernels.h"
 #include "sliding_sad.h"
 
@@ -28,8 +29,8 @@ void spread(const std::vector<std::uint8_t>& bytes, std::size_t begin, std::size
   }
 }
 
-/// The masks of the shifts that compare these runs of bytes.
-ShiftBlock shiftBlock(const std::vector<BlockRun>& runs, std::size_t chunks) {
+/// The masks of the shifts that compare these runs of `bytes` bytes.
+ShiftBlock shiftBlock(const std::vector<BlockRun>& runs, std::size_t bytes, std::size_t chunks) {
   ShiftBlock block;
   std::size_t last_begin = 0;
   std::size_t first_begin = chunks * 8;
@@ -48,7 +49,7 @@ ShiftBlock shiftBlock(const std::vector<BlockRun>& runs, std::size_t chunks) {
   block.begin = first_begin / 8;
   block.end = (last_end + 7) / 8;
   block.inner_begin = (last_begin + 7) / 8;
-  block.inner_end = first_end / 8;
+  block.inner_end = first_end == bytes ? chunks : first_end / 8;  // what follows is 0 on both sides
   if (block.inner_end <= block.inner_begin) block.inner_begin = block.inner_end = block.end;  // all masked
   return block;
 }
@@ -94,10 +95,11 @@ void SadIndex::placeByColumns() {
   for (std::uint32_t i = 0; i < count; ++i) places_.push_back(placeInGroup(i));
   group_chunks_ = (count + 7) / 8;
   view_->shifted.group_chunks = group_chunks_;
+  view_->shifted.most_compared = grid_.mostCompared();
   for (std::size_t first = 0; first < grid_.runs().size(); first += kBlockShifts) {
     std::vector<BlockRun> runs;
     for (std::size_t s = 0; s < kBlockShifts; ++s) runs.push_back(grid_.runs()[blockShift(first + s)]);
-    view_->shifted.blocks.push_back(shiftBlock(runs, group_chunks_));
+    view_->shifted.blocks.push_back(shiftBlock(runs, count, group_chunks_));
   }
 }
 
@@ -142,21 +144,31 @@ void SadIndex::add(const std::vector<double>& values) {
 }
 
 std::vector<std::uint8_t> SadIndex::bytes(std::size_t id) const {
-  std::vector<std::uint8_t> bytes(places_.size());
+  const std::size_t count = places_.size();
+  const std::size_t rows = grid_.rows();
+  const std::uint32_t* places = places_.data();
   const std::uint8_t* source = firstByteOf(id);
-  for (std::size_t i = 0; i < places_.size(); ++i) bytes[i] = source[places_[i]];
+  std::vector<std::uint8_t> bytes(count);
+  auto next = bytes.begin();
+  for (std::size_t y = 0; y < rows; ++y) {
+    for (std::size_t i = y; i < count; i += rows) *next++ = source[places[i]];
+  }
   return bytes;
 }
 
 void SadIndex::setView(const std::vector<double>& values) {
-  grid_.ofView(values, view_->compared);
   if (view_->slides) {
-    auto* words = reinterpret_cast<std::uint8_t*>(view_->quads.data());
-    const std::uint8_t* compared = view_->compared[0].data();
-    for (std::size_t x = 0; x < view_->shape.compared; ++x) {
-      for (std::size_t y = 0; y < view_->shape.rows; ++y) words[y * view_->shape.quads * 4 + x] = *compared++;
+    auto* row = reinterpret_cast<std::uint8_t*>(view_->quads.data());
+    const double* compared = values.data() + grid_.firstComparedColumn();
+    for (std::size_t y = 0; y < grid_.rows(); ++y) {
+      std::transform(compared, compared + view_->shape.compared, row,
+                     [](double value) { return quantised(value); });
+      row += view_->shape.quads * 4;
+      compared += grid_.columns();
     }
+    return;
   }
+  grid_.ofView(values, view_->compared);
   for (std::size_t i = 0; i < view_->shifted.blocks.size() * kBlockShifts; ++i) {
     const std::size_t shift = blockShift(i);
     spread(view_->at(shift), grid_.runs()[shift].begin, i % kBlockShifts,
@@ -178,19 +190,6 @@ void SadIndex::smallestSads(std::size_t first, std::size_t last, std::uint32_t* 
     smallest += count * kGroupLanes;
     first += count;
   }
-}
-
-std::uint32_t SadIndex::sad(const std::vector<std::uint8_t>& template_bytes, int shift_number) const {
-  const auto shift = static_cast<std::size_t>(shift_number);
-  const BlockRun& run = grid_.runs()[shift];
-  const std::uint8_t* view = view_->at(shift).data();
-  const std::uint8_t* learned = template_bytes.data() + run.begin;
-  std::uint32_t sum = 0;
-  for (std::size_t b = 0; b < run.count; ++b) {
-    const int difference = static_cast<int>(view[b]) - static_cast<int>(learned[b]);
-    sum += static_cast<std::uint32_t>(difference < 0 ? -difference : difference);
-  }
-  return sum;
 }
 
 std::size_t SadIndex::memoryBytes() const {

@@ -139,6 +139,15 @@ __attribute__((target("avx512f,avx512bw"))) inline __m512i broadcast512(const st
   return _mm512_set1_epi64(static_cast<long long>(word));
 }
 
+/// Adds 16 bits each where sums stay below 2^16, which leaves the execution unit of sad alone.
+template <bool kNarrow>
+__attribute__((target("avx512f,avx512bw"))) inline __m512i plusSad512(__m512i sum, __m512i learned,
+                                                                      const std::uint64_t& view) {
+  const __m512i sad = _mm512_sad_epu8(learned, broadcast512(view));
+  return kNarrow ? _mm512_adds_epu16(sum, sad) : _mm512_add_epi64(sum, sad);
+}
+
+template <bool kNarrow>
 __attribute__((target("avx512f,avx512bw"))) inline void addMasked512(const std::uint8_t* bytes,
                                                                      const ShiftBlock& block,
                                                                      std::size_t begin, std::size_t end,
@@ -148,15 +157,16 @@ __attribute__((target("avx512f,avx512bw"))) inline void addMasked512(const std::
     for (std::size_t s = 0; s < kBlockShifts; ++s) {
       const std::size_t i = c * kBlockShifts + s;
       const __m512i compared = _mm512_and_si512(learned, broadcast512(block.mask[i]));
-      sums[s] = _mm512_add_epi64(sums[s], _mm512_sad_epu8(compared, broadcast512(block.view[i])));
+      sums[s] = plusSad512<kNarrow>(sums[s], compared, block.view[i]);
     }
   }
 }
 
-__attribute__((target("avx512f,avx512bw"))) void smallestSadsAvx512(const std::uint8_t* groups,
-                                                                    std::size_t group_count,
-                                                                    const ShiftedViews& views,
-                                                                    std::uint32_t* smallest) {
+template <bool kNarrow>
+__attribute__((target("avx512f,avx512bw"))) void smallestSads512(const std::uint8_t* groups,
+                                                                 std::size_t group_count,
+                                                                 const ShiftedViews& views,
+                                                                 std::uint32_t* smallest) {
   // The forms with a (full) mask: GCC 12 takes the plain ones for uses of an uninitialised variable.
   for (std::size_t group = 0; group < group_count; ++group) {
     const std::uint8_t* bytes = groups + group * views.group_chunks * kChunkBytes;
@@ -164,20 +174,26 @@ __attribute__((target("avx512f,avx512bw"))) void smallestSadsAvx512(const std::u
     for (const ShiftBlock& block : views.blocks) {
       __m512i sums[kBlockShifts] = {_mm512_setzero_si512(), _mm512_setzero_si512(), _mm512_setzero_si512(),
                                     _mm512_setzero_si512()};
-      addMasked512(bytes, block, block.begin, block.inner_begin, sums);
+      addMasked512<kNarrow>(bytes, block, block.begin, block.inner_begin, sums);
       const std::uint64_t* view = block.view.data() + block.inner_begin * kBlockShifts;
       for (std::size_t c = block.inner_begin; c < block.inner_end; ++c, view += kBlockShifts) {
         const __m512i learned = _mm512_load_si512(bytes + c * kChunkBytes);
         for (std::size_t s = 0; s < kBlockShifts; ++s) {
-          sums[s] = _mm512_add_epi64(sums[s], _mm512_sad_epu8(learned, broadcast512(view[s])));
+          sums[s] = plusSad512<kNarrow>(sums[s], learned, view[s]);
         }
       }
-      addMasked512(bytes, block, block.inner_end, block.end, sums);
+      addMasked512<kNarrow>(bytes, block, block.inner_end, block.end, sums);
       for (const __m512i& sum : sums) least = _mm512_maskz_min_epu32(0xffff, least, sum);
     }
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(smallest + group * kGroupLanes),
                         _mm512_maskz_cvtepi64_epi32(0xff, least));
   }
+}
+
+void smallestSadsAvx512(const std::uint8_t* groups, std::size_t group_count, const ShiftedViews& views,
+                        std::uint32_t* smallest) {
+  const bool narrow = views.most_compared * 255 <= std::numeric_limits<std::uint16_t>::max();
+  (narrow ? smallestSads512<true> : smallestSads512<false>)(groups, group_count, views, smallest);
 }
 
 #elif defined(__aarch64__)

@@ -38,6 +38,7 @@ struct ShiftBlock {
 struct ShiftedViews {
   std::vector<ShiftBlock> blocks;
   std::size_t group_chunks = 0;
+  std::size_t most_compared = 0;  ///< bytes, by any of the shifts
 };
 
 /// For each template of `group_count` groups, the smallest SAD over all shifts.

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t kSlides = 3;       // groups of 4 shifts that share what is loaded of a template
 constexpr std::size_t kUsualQuads = 13;  // of 60 columns at shifts of up to 5 to either side
-constexpr std::size_t kMaxQuads = 64;    // 4 differences of bytes each, so that their sum stays below 2^16
+constexpr std::size_t kUsualRowChunks = 8;
+constexpr std::size_t kMaxQuads = 64;  // 4 differences of bytes each, so that their sum stays below 2^16
 
 }  // namespace
 
@@ -62,18 +63,22 @@ RATSLAM_AVX512 inline void widen(SlideSums& sums) {
   sums.words = _mm512_setzero_si512();
 }
 
-RATSLAM_AVX512 inline void addQuad(SlideSums& sums, const std::uint32_t& quad, __m512i learned) {
-  const __m512i view = _mm512_set1_epi32(static_cast<int>(quad));
-  constexpr int kAsTheyAre = 0xe4;
-  sums.words = _mm512_add_epi16(sums.words, _mm512_dbsad_epu8(view, learned, kAsTheyAre));
-}
-
-/// From the halves of 8 bytes that two neighbouring chunks have of each template, the 8 bytes between them.
+/// From the halves of 8 bytes that two neighbouring chunks have of each template, the 8 bytes between them,
+/// halves swapped: dbsad swaps them back on its way.
 RATSLAM_AVX512 inline __m512i joined(__m512i chunk, __m512i next) {
-  const __m512i halves = _mm512_set_epi32(30, 15, 28, 13, 26, 11, 24, 9, 22, 7, 20, 5, 18, 3, 16, 1);
-  return _mm512_permutex2var_epi32(chunk, halves, next);
+  constexpr __mmask16 kSecondHalves = 0xaaaa;
+  return _mm512_mask_blend_epi32(kSecondHalves, next, chunk);
 }
 
+/// The sums never saturate, but unlike a plain addition this one leaves the execution unit of dbsad alone.
+template <bool kJoined>
+RATSLAM_AVX512 inline void addQuad(SlideSums& sums, const std::uint32_t& quad, __m512i learned) {
+  constexpr int kHalves = kJoined ? 0xb1 : 0xe4;
+  const __m512i view = _mm512_set1_epi32(static_cast<int>(quad));
+  sums.words = _mm512_adds_epu16(sums.words, _mm512_dbsad_epu8(view, learned, kHalves));
+}
+
+/// Fetches chunks of a later group; addresses that hold nothing do no harm.
 inline void prefetch(const std::uint8_t* chunks, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) _mm_prefetch(chunks + i * 64, _MM_HINT_T0);
 }
@@ -92,11 +97,12 @@ RATSLAM_AVX512 inline __m512i leastOf(__m512i least, const SlideSums& sums, cons
 }
 
 /// Adds one quad of a row of the view, which meets those number q, q + 1 and q + 2 of a row of the templates.
+template <bool kFirstJoined>
 RATSLAM_AVX512 inline void addQuads(SlideSums (&sums)[kSlides], const std::uint32_t& quad, __m512i first,
                                     __m512i second, __m512i third) {
-  addQuad(sums[0], quad, first);
-  addQuad(sums[1], quad, second);
-  addQuad(sums[2], quad, third);
+  addQuad<kFirstJoined>(sums[0], quad, first);
+  addQuad<!kFirstJoined>(sums[1], quad, second);
+  addQuad<kFirstJoined>(sums[2], quad, third);
 }
 
 RATSLAM_AVX512 inline __m512i chunkAt(const std::uint8_t* row, std::size_t chunk) {
@@ -122,21 +128,24 @@ RATSLAM_AVX512 inline void addRow(const std::uint8_t* row, const std::uint32_t* 
   for (; q + 1 < quads; q += 2, ++c) {
     const __m512i third = kOddSlide ? between(row, c) : chunkAt(row, c + 1);
     const __m512i fourth = kOddSlide ? chunkAt(row, c + 1) : between(row, c + 1);
-    addQuads(sums, view[q], first, second, third);
-    addQuads(sums, view[q + 1], second, third, fourth);
+    addQuads<kOddSlide>(sums, view[q], first, second, third);
+    addQuads<!kOddSlide>(sums, view[q + 1], second, third, fourth);
     first = third;
     second = fourth;
   }
-  if (q < quads) addQuads(sums, view[q], first, second, kOddSlide ? between(row, c) : chunkAt(row, c + 1));
+  if (q == quads) return;
+  addQuads<kOddSlide>(sums, view[q], first, second, kOddSlide ? between(row, c) : chunkAt(row, c + 1));
 }
 
-template <std::size_t kQuads>
+/// Sizes that are constants where they are not 0.
+template <std::size_t kQuads, std::size_t kRowChunks>
 RATSLAM_AVX512 void smallestSads(const std::uint8_t* groups, std::size_t group_count,
                                  const SlidingShape shape, const std::uint32_t* view,
                                  std::uint32_t* smallest) {
   const std::size_t quads = kQuads > 0 ? kQuads : shape.quads;
   const std::size_t rows_held = kMaxQuads / quads;  // by 16-bit sums
-  const std::size_t row_bytes = shape.row_chunks * 64;
+  const std::size_t row_chunks = kRowChunks > 0 ? kRowChunks : shape.row_chunks;
+  const std::size_t row_bytes = row_chunks * 64;
   for (std::size_t group = 0; group < group_count; ++group) {
     const std::uint8_t* bytes = groups + group * shape.group_chunks * 64;
     __m512i least = _mm512_set1_epi32(-1);
@@ -148,8 +157,8 @@ RATSLAM_AVX512 void smallestSads(const std::uint8_t* groups, std::size_t group_c
       for (std::size_t begin = 0; begin < shape.rows; begin += rows_held) {
         const std::size_t end = std::min(begin + rows_held, shape.rows);
         for (std::size_t y = begin; y < end; ++y, row += row_bytes, view_row += quads) {
-          // A bit of the next group with every row: all at once would stall.
-          if (group + 1 < group_count) prefetch(row + shape.group_chunks * 64, shape.row_chunks);
+          // A bit of the group after the next with every row: all at once would stall.
+          prefetch(row + 2 * shape.group_chunks * 64, row_chunks);
           if (slide % 2 == 0) {
             addRow<false, kQuads>(row, view_row, quads, slide, sums);
           } else {
@@ -173,10 +182,10 @@ RATSLAM_AVX512 void smallestSads(const std::uint8_t* groups, std::size_t group_c
 
 void smallestSlidingSads(const std::uint8_t* groups, std::size_t group_count, const SlidingShape& shape,
                          const std::vector<std::uint32_t>& view, std::uint32_t* smallest) {
-  if (shape.quads == kUsualQuads) {
-    smallestSads<kUsualQuads>(groups, group_count, shape, view.data(), smallest);
+  if (shape.quads == kUsualQuads && shape.row_chunks == kUsualRowChunks) {
+    smallestSads<kUsualQuads, kUsualRowChunks>(groups, group_count, shape, view.data(), smallest);
   } else {
-    smallestSads<0>(groups, group_count, shape, view.data(), smallest);
+    smallestSads<0, 0>(groups, group_count, shape, view.data(), smallest);
   }
 }
 

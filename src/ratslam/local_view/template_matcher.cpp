@@ -6,6 +6,7 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
 #include "sad_kernels.h"
 
@@ -29,9 +30,43 @@ std::uint32_t smallestOfGroup(const std::uint32_t* values) {
 /// Sum of what rounding to 8 bits moves the values, in levels and rounded up, with 1 more for sums of
 /// doubles.
 std::uint32_t roundingOf(const ViewTemplate& view) {
-  double sum = 0.0;
-  for (const double value : view.values) sum += std::abs(255.0 * value - quantised(value));
-  return static_cast<std::uint32_t>(sum) + 2;
+  // Whole numbers, of which the compiler may sum up several at a time.
+  constexpr int kParts = 1 << 16;
+  std::int64_t parts = 0;
+  for (const double value : view.values) {
+    parts += static_cast<std::int32_t>(std::abs(255.0 * value - quantised(value)) * kParts) + 1;
+  }
+  return static_cast<std::uint32_t>(parts / kParts) + 2;
+}
+
+/// Sum of absolute differences of a view and a template at one shift, row by row and column by column.
+template <typename Sum, typename Value>
+Sum absoluteDifferences(const std::vector<Value>& view, const std::vector<Value>& learned, int shift,
+                        const LocalViewParams& params) {
+  using Difference = decltype(Value() - Value());
+  const std::ptrdiff_t columns = params.view_template.x_size;
+  const std::ptrdiff_t compared = params.comparedColumns();
+  const std::ptrdiff_t unwrapped = std::min(compared, columns - shift);
+  const Value* view_row = view.data() + (params.panoramic ? 0 : params.shift_match);
+  const Value* learned_row = learned.data() + shift;
+  Sum sum = 0;
+  const auto add = [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t turn) {
+    for (std::ptrdiff_t x = begin; x < end; ++x) {
+      sum += static_cast<Sum>(std::abs(Difference{view_row[x]} - Difference{learned_row[x - turn]}));
+    }
+  };
+  for (int y = 0; y < params.view_template.y_size; ++y) {
+    add(0, unwrapped, 0);
+    add(unwrapped, compared, columns);
+    view_row += columns;
+    learned_row += columns;
+  }
+  return sum;
+}
+
+/// The lesser is the better match.
+std::tuple<double, std::uint32_t, int> rank(const TemplateMatch& match) {
+  return {match.error, match.id, match.shift};
 }
 
 }  // namespace
@@ -66,17 +101,7 @@ std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
 
 std::vector<std::uint8_t> TemplateMatcher::bytes(std::uint32_t id) const {
   if (id >= size()) throw std::out_of_range("view template: there is none of id " + std::to_string(id));
-  return byRows(fine_.bytes(id));
-}
-
-std::vector<std::uint8_t> TemplateMatcher::byRows(const std::vector<std::uint8_t>& by_column) const {
-  const auto rows = static_cast<std::size_t>(params_.view_template.y_size);
-  std::vector<std::uint8_t> by_row;
-  by_row.reserve(by_column.size());
-  for (std::size_t y = 0; y < rows; ++y) {
-    for (std::size_t i = y; i < by_column.size(); i += rows) by_row.push_back(by_column[i]);
-  }
-  return by_row;
+  return fine_.bytes(id);
 }
 
 std::vector<double> TemplateMatcher::values(std::uint32_t id) const {
@@ -89,6 +114,7 @@ std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view)
   const std::optional<std::size_t> most_likely = boundCoarsely(view.mean);
   if (!most_likely) return std::nullopt;
   fine_.setView(view.values);
+  view_bytes_ = quantised(view.values);
   collectCandidates(*most_likely, roundingOf(view));
   std::optional<TemplateMatch> best;
   for (const Candidate& candidate : candidates_) refine(candidate, view.values, best);
@@ -187,41 +213,32 @@ void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t v
 
 /// Puts the candidate in place of the best if it is better.
 void TemplateMatcher::refine(const Candidate& candidate, const std::vector<double>& view,
-                             std::optional<TemplateMatch>& best) const {
+                             std::optional<TemplateMatch>& best) {
   const auto hopeless = [&](std::uint32_t sad) {
     return best && sad > 255.0 * best->error * static_cast<double>(compared_values_) + candidate.rounding;
   };
   if (hopeless(candidate.sad)) return;
   if (best && best->error == 0.0 && candidate.id > best->id) return;  // no error is smaller
-  const std::vector<std::uint8_t> by_column = fine_.bytes(candidate.id);
-  const std::vector<double> learned = packed_[candidate.id].values(byRows(by_column), params_.view_template);
+  const std::vector<std::uint8_t> bytes = fine_.bytes(candidate.id);
+  const std::vector<double> learned = packed_[candidate.id].values(bytes, params_.view_template);
+  shift_sads_.clear();
   for (int i = 0; i < params_.shiftCount(); ++i) {
-    if (hopeless(fine_.sad(by_column, i))) continue;
-    const int shift = i * params_.step_match;
-    const double error = meanDifference(view, learned, shift);
-    if (!best || error < best->error || (error == best->error && candidate.id < best->id)) {
-      best = TemplateMatch{candidate.id, shift, error};
-    }
+    shift_sads_.push_back(
+        absoluteDifferences<std::uint32_t>(view_bytes_, bytes, i * params_.step_match, params_));
   }
-}
-
-double TemplateMatcher::meanDifference(const std::vector<double>& view, const std::vector<double>& learned,
-                                       int shift) const {
-  const std::ptrdiff_t columns = params_.view_template.x_size;
-  const std::ptrdiff_t compared = params_.comparedColumns();
-  const std::ptrdiff_t unwrapped = std::min(compared, columns - shift);
-  const double* view_row = view.data() + (params_.panoramic ? 0 : params_.shift_match);
-  const double* learned_row = learned.data() + shift;
-  double sum = 0.0;
-  for (int y = 0; y < params_.view_template.y_size; ++y) {
-    for (std::ptrdiff_t x = 0; x < unwrapped; ++x) sum += std::abs(view_row[x] - learned_row[x]);
-    for (std::ptrdiff_t x = unwrapped; x < compared; ++x) {
-      sum += std::abs(view_row[x] - learned_row[x - columns]);
-    }
-    view_row += columns;
-    learned_row += columns;
+  const auto compare = [&](std::size_t shift_number) {
+    TemplateMatch match{candidate.id, static_cast<int>(shift_number) * params_.step_match, 0.0};
+    match.error = absoluteDifferences<double>(view, learned, match.shift, params_) /
+                  static_cast<double>(compared_values_);
+    if (!best || rank(match) < rank(*best)) best = match;
+  };
+  // The most likely shift first, so that it excludes the others.
+  const auto first = static_cast<std::size_t>(std::min_element(shift_sads_.begin(), shift_sads_.end()) -
+                                              shift_sads_.begin());
+  compare(first);
+  for (std::size_t i = 0; i < shift_sads_.size(); ++i) {
+    if (i != first && !hopeless(shift_sads_[i])) compare(i);
   }
-  return sum / static_cast<double>(compared_values_);
 }
 
 std::size_t TemplateMatcher::memoryBytes() const {

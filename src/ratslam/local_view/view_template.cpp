@@ -104,9 +104,9 @@ BlockSums templateBlocks(const cv::Mat& image, const TemplateParams& params) {
 
 std::vector<double> templateValues(const BlockSums& blocks, double scale, const TemplateParams& params) {
   const double full_scale = static_cast<double>(blocks.full_scale);
-  std::vector<double> values;
-  values.reserve(blocks.sums.size());
-  for (const std::uint64_t sum : blocks.sums) values.push_back(scaledGrey(sum, full_scale, scale));
+  std::vector<double> values(blocks.sums.size());
+  std::transform(blocks.sums.begin(), blocks.sums.end(), values.begin(),
+                 [&](std::uint64_t sum) { return scaledGrey(sum, full_scale, scale); });
   return params.patch_radius > 0 ? patchNormalised(values, params) : values;
 }
 
