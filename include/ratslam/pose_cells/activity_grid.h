@@ -63,6 +63,8 @@ class ActivityGrid {
   void cover(const std::vector<Box>& boxes);
   /// A new list, of boxes that hold all activity.
   void replaceBoxes(const std::vector<Box>& boxes);
+  /// Whether a box holds all cells.
+  bool isWhole(const Box& box) const;
   /// Sets the cells of a box to 0; the list stays as it is.
   void zero(const Box& box);
   /// Sets all cells to 0 and empties the list.

@@ -41,8 +41,8 @@ class Attractor {
   /// Largest values along each axis of a volume.
   class AxisMaxima {
    public:
-    /// Sets all to 0.
-    void reset(const Volume& volume);
+    /// Sets all to 0. @param axes along columns, rows, layers.
+    void reset(const std::array<GatherAxis, 3>& axes);
     Maxima forLayers() { return {columns_.data(), row_lanes_.data()}; }
     void setLayer(int k, double largest) { layers_[static_cast<std::size_t>(k)] = largest; }
     /// After the last layer: makes one value a row of its lanes.
@@ -56,12 +56,16 @@ class Attractor {
   void excite(const ActivityGrid& grid, const Box& packet);
   /// Narrows the core to what global inhibition may leave. @return false if that is nothing.
   bool findCore(double phi);
-  void inhibit(double phi, double* sums);
-  /// The boxes within the core that hold its activity: several where wide gaps part it.
-  std::vector<Box> occupiedBoxes() const;
-  bool tighten(Box& box) const;
-  /// Writes a box of the core to the grid. @return where it lies there.
-  Box store(const Box& box, ActivityGrid& grid);
+  /// Whether the core holds all cells of the packet that was excited.
+  bool coreCovers(const Box& packet) const;
+  /// Steps 2 and 3 within the core. The grid gets the result.
+  void inhibit(double phi, double* sums, ActivityGrid& grid);
+  void planStoring(const ActivityGrid& grid);
+  /// The boxes of the grid that hold the core's activity: several where wide gaps part it.
+  std::vector<Box> occupiedBoxes(const ActivityGrid& grid) const;
+  static bool tighten(const ActivityGrid& grid, Box& box);
+  /// Where the grid has cell `c` of the core along an axis.
+  int inGrid(const ActivityGrid& grid, std::size_t axis, int c) const;
 
   double global_inhibition_;
   const RowKernels* kernels_;
@@ -72,7 +76,7 @@ class Attractor {
   std::array<Extent, 3> extents_;
   std::array<GatherAxis, 3> axes_;
   Volume excited_;  ///< the packet after step 1
-  Volume core_;     ///< its core: inhibition, then the result
+  Volume core_;     ///< a layer of its core: inhibition, then the result
   AxisMaxima maxima_;
   AlignedBuffer<long long> keep_;
   RowPlan storing_;

@@ -75,8 +75,9 @@ class PathIntegrator {
   /// Shifts the gathered layer k. @param shifted gets it.
   void shiftLayer(int k, const Motion& motion, std::ptrdiff_t row_stride, double* shifted);
   void loseAtCorner(int k, const Motion& motion, std::ptrdiff_t row_stride, double* shifted);
-  /// Rotates a packet and adds it to the grid. @param scale of the activity.
-  void rotateInto(ActivityGrid& grid, const Packet& packet, const Motion& motion, double scale);
+  /// Rotates a packet and writes or adds it to the grid. @param scale of the activity.
+  void rotateInto(ActivityGrid& grid, const Packet& packet, const Motion& motion, double scale,
+                  RowKernels::Blend blend);
 
   PoseCellParams params_;
   const RowKernels* kernels_;

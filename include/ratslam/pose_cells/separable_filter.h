@@ -37,7 +37,8 @@ struct Volume {
   AlignedBuffer<double> cells;
 
   std::ptrdiff_t layerStride() const { return static_cast<std::ptrdiff_t>(width) * counts[kRow]; }
-  double* layer(int k) { return cells.data() + k * layerStride(); }
+  /// Layer `k`, or what all share.
+  double* layer(int k) { return cells.data() + (counts[kLayer] > 1 ? k * layerStride() : 0); }
   CellSource source() const { return {cells.data(), layerStride(), width}; }
   void resize(const std::array<int, 3>& new_counts);
 };
@@ -49,9 +50,9 @@ class SeparableFilter {
 
   int radius() const { return radius_; }
 
-  /// @param axes along columns, rows, layers; @param out gets their counts as its own, and in its padding
-  /// columns values that are finite and non-negative if those of `in` are; @param done is called with each
-  /// finished layer.
+  /// @param axes along columns, rows, layers; @param out of as many columns and rows as they count, and as
+  /// many layers or one, which is used for all in turn; its padding columns get values that are finite and
+  /// non-negative if those of `in` are; @param done is called with each finished layer.
   void apply(const CellSource& in, const std::array<GatherAxis, 3>& axes, Volume& out,
              const std::function<void(int)>& done);
 

@@ -41,10 +41,11 @@ struct RowKernels {
   void (*copy)(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
                int n_segments);
 
-  /// Adds weights[0] times a cell and weights[1] times the cell `other` away, for the segments of `rows`
-  /// rows.
-  void (*addBlend)(RowSet<const double> in, std::ptrdiff_t other, const double* weights, RowSet<double> out,
-                   int rows, const RowSegment* segments, int n_segments);
+  /// weights[0] times a cell and weights[1] times the cell `other` away, for the segments of `rows` rows.
+  using Blend = void (*)(RowSet<const double> in, std::ptrdiff_t other, const double* weights,
+                         RowSet<double> out, int rows, const RowSegment* segments, int n_segments);
+  Blend blend;
+  Blend addBlend;  ///< adds it to what is there
 
   /// out[r][x] = sum over t = -radius..radius of weights[|t|] taps[t + radius][r][x].
   void (*convolve)(const double* const* taps, std::ptrdiff_t in_stride, double* out,

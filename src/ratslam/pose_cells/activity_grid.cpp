@@ -43,6 +43,11 @@ void ActivityGrid::replaceBoxes(const std::vector<Box>& boxes) {
   cover(boxes);
 }
 
+bool ActivityGrid::isWhole(const Box& box) const {
+  return box[kColumn].length == sizes_[kColumn] && box[kRow].length == sizes_[kRow] &&
+         box[kLayer].length == sizes_[kLayer];
+}
+
 void ActivityGrid::zero(const Box& box) {
   const auto fill = [&](std::size_t first, std::size_t count) {
     std::fill_n(cells_.data() + first, count, 0.0);

@@ -23,10 +23,11 @@ double Attractor::iterate(ActivityGrid& grid, double model_sum) {
   std::vector<Box> left;
   for (const Box& packet : packets) {
     excite(grid, packet);
-    grid.zero(packet);
-    if (!findCore(phi)) continue;
-    inhibit(phi, sums.data());
-    for (const Box& box : occupiedBoxes()) left.push_back(store(box, grid));
+    const bool any_left = findCore(phi);
+    if (!any_left || !coreCovers(packet)) grid.zero(packet);
+    if (!any_left) continue;
+    inhibit(phi, sums.data(), grid);
+    for (const Box& box : occupiedBoxes(grid)) left.push_back(box);
   }
   grid.replaceBoxes(left);
   double sum = 0.0;
@@ -34,12 +35,12 @@ double Attractor::iterate(ActivityGrid& grid, double model_sum) {
   return sum;
 }
 
-void Attractor::AxisMaxima::reset(const Volume& volume) {
-  const auto rows = static_cast<std::size_t>(volume.counts[kRow]);
-  columns_.assign(static_cast<std::size_t>(volume.width), 0.0);
+void Attractor::AxisMaxima::reset(const std::array<GatherAxis, 3>& axes) {
+  const auto rows = static_cast<std::size_t>(axes[kRow].count);
+  columns_.assign(static_cast<std::size_t>(paddedWidth(axes[kColumn].count)), 0.0);
   row_lanes_.assign(rows * kRowQuantum, 0.0);
   rows_.assign(rows, 0.0);
-  layers_.assign(static_cast<std::size_t>(volume.counts[kLayer]), 0.0);
+  layers_.assign(static_cast<std::size_t>(axes[kLayer].count), 0.0);
 }
 
 void Attractor::AxisMaxima::finish() {
@@ -69,7 +70,7 @@ void Attractor::excite(const ActivityGrid& grid, const Box& packet) {
     }
   }
   excited_.resize({extents_[kColumn].count, extents_[kRow].count, extents_[kLayer].count});
-  maxima_.reset(excited_);
+  maxima_.reset(axes_);
   const bool rings_only =
       std::all_of(extents_.begin(), extents_.end(), [](const Extent& e) { return e.ring; });
   const auto row_stride = static_cast<std::ptrdiff_t>(grid.offset(0, 1));
@@ -99,14 +100,24 @@ bool Attractor::findCore(double phi) {
   return true;
 }
 
-void Attractor::inhibit(double phi, double* sums) {
+bool Attractor::coreCovers(const Box& packet) const {
+  return std::all_of(kAxes.begin(), kAxes.end(), [&](std::size_t axis) {
+    const Extent& extent = extents_[axis];
+    const int begin = excitation_.radius();  // of the packet within what was excited
+    return extent.ring || (extent.core.begin <= begin &&
+                           extent.core.begin + extent.core.length >= begin + packet[axis].length);
+  });
+}
+
+void Attractor::inhibit(double phi, double* sums, ActivityGrid& grid) {
   for (const std::size_t axis : kAxes) {
     const Extent& extent = extents_[axis];
     axes_[axis].set(extent.core.begin, extent.core.length, inhibition_.radius(), extent.count, extent.ring, 0,
                     extent.count);
   }
-  core_.resize({axes_[kColumn].count, axes_[kRow].count, axes_[kLayer].count});
-  maxima_.reset(core_);
+  core_.resize({axes_[kColumn].count, axes_[kRow].count, 1});
+  maxima_.reset(axes_);
+  planStoring(grid);
   long long* const keep = keep_.atLeast(static_cast<std::size_t>(core_.width));
   for (int x = 0; x < core_.width; ++x) keep[x] = x < core_.counts[kColumn] ? -1 : 0;
   const CellSource excited = excited_.source();
@@ -117,36 +128,54 @@ void Attractor::inhibit(double phi, double* sums) {
     maxima_.setLayer(
         k, kernels_->inhibit(first_excited + k * excited.layer_stride, excited.row_stride, core_.layer(k),
                              core_.counts[kRow], core_.width, phi, keep, sums, maxima_.forLayers()));
+    kernels_->copy({core_.layer(k), storing_.from.data()},
+                   {grid.data() + grid.offset(inGrid(grid, kLayer, k), 0), storing_.to.data()},
+                   storing_.rows(), storing_.segments.data(), storing_.segmentCount());
   });
   maxima_.finish();
 }
 
-std::vector<Box> Attractor::occupiedBoxes() const {
+int Attractor::inGrid(const ActivityGrid& grid, std::size_t axis, int c) const {
+  return wrapIndex(extents_[axis].origin + extents_[axis].core.begin + c, grid.sizes()[axis]);
+}
+
+void Attractor::planStoring(const ActivityGrid& grid) {
+  storing_.clear();
+  storing_.appendColumns(
+      core_.counts[kColumn], [](int c) { return c; }, [&](int c) { return inGrid(grid, kColumn, c); });
+  for (int b = 0; b < core_.counts[kRow]; ++b)
+    storing_.appendRow(static_cast<std::ptrdiff_t>(b) * core_.width,
+                       static_cast<std::ptrdiff_t>(grid.offset(0, inGrid(grid, kRow, b))));
+}
+
+std::vector<Box> Attractor::occupiedBoxes(const ActivityGrid& grid) const {
   std::array<std::vector<Span>, 3> spans;
-  for (const std::size_t axis : kAxes)
-    spans[axis] = occupiedSpans(maxima_.along(axis), core_.counts[axis], extents_[axis].ring, reach_);
+  for (const std::size_t axis : kAxes) {
+    spans[axis] = occupiedSpans(maxima_.along(axis), axes_[axis].count, extents_[axis].ring, reach_);
+    for (Span& span : spans[axis]) span.begin = inGrid(grid, axis, span.begin);
+  }
   std::vector<Box> boxes;
   for (const Span& layers : spans[kLayer])
     for (const Span& rows : spans[kRow])
       for (const Span& columns : spans[kColumn]) boxes.push_back({columns, rows, layers});
   if (boxes.size() > 1)
-    boxes.erase(std::remove_if(boxes.begin(), boxes.end(), [this](Box& box) { return !tighten(box); }),
+    boxes.erase(std::remove_if(boxes.begin(), boxes.end(), [&](Box& box) { return !tighten(grid, box); }),
                 boxes.end());
   return boxes;
 }
 
-/// Shrinks a box of the core to its activity. @return false if there is none.
-bool Attractor::tighten(Box& box) const {
+/// Shrinks a box to its activity. @return false if there is none.
+bool Attractor::tighten(const ActivityGrid& grid, Box& box) {
   std::array<int, 3> low{box[kColumn].length, box[kRow].length, box[kLayer].length};
   std::array<int, 3> high{-1, -1, -1};
-  const CellSource core = core_.source();
+  const auto wrapped = [&](std::size_t axis, int c) {
+    return wrapIndex(box[axis].begin + c, grid.sizes()[axis]);
+  };
   for (int c = 0; c < box[kLayer].length; ++c)
     for (int b = 0; b < box[kRow].length; ++b) {
-      const double* const row = core.cells +
-                                wrapIndex(box[kLayer].begin + c, core_.counts[kLayer]) * core.layer_stride +
-                                wrapIndex(box[kRow].begin + b, core_.counts[kRow]) * core.row_stride;
+      const double* const row = grid.data() + grid.offset(wrapped(kLayer, c), wrapped(kRow, b));
       for (int a = 0; a < box[kColumn].length; ++a) {
-        if (!(row[wrapIndex(box[kColumn].begin + a, core_.counts[kColumn])] > 0.0)) continue;
+        if (!(row[wrapped(kColumn, a)] > 0.0)) continue;
         const std::array<int, 3> cell{a, b, c};
         for (const std::size_t axis : kAxes) {
           low[axis] = std::min(low[axis], cell[axis]);
@@ -155,31 +184,8 @@ bool Attractor::tighten(Box& box) const {
       }
     }
   if (high[kColumn] < 0) return false;
-  for (const std::size_t axis : kAxes)
-    box[axis] = {wrapIndex(box[axis].begin + low[axis], core_.counts[axis]), high[axis] - low[axis] + 1};
+  for (const std::size_t axis : kAxes) box[axis] = {wrapped(axis, low[axis]), high[axis] - low[axis] + 1};
   return true;
-}
-
-Box Attractor::store(const Box& box, ActivityGrid& grid) {
-  const auto inCore = [&](std::size_t axis, int c) {
-    return wrapIndex(box[axis].begin + c, core_.counts[axis]);
-  };
-  const auto inGrid = [&](std::size_t axis, int c) {
-    return wrapIndex(extents_[axis].origin + extents_[axis].core.begin + inCore(axis, c), grid.sizes()[axis]);
-  };
-  storing_.clear();
-  storing_.appendColumns(
-      box[kColumn].length, [&](int c) { return inCore(kColumn, c); },
-      [&](int c) { return inGrid(kColumn, c); });
-  for (int b = 0; b < box[kRow].length; ++b)
-    storing_.appendRow(static_cast<std::ptrdiff_t>(inCore(kRow, b)) * core_.width,
-                       static_cast<std::ptrdiff_t>(grid.offset(0, inGrid(kRow, b))));
-  for (int c = 0; c < box[kLayer].length; ++c)
-    kernels_->copy({core_.layer(inCore(kLayer, c)), storing_.from.data()},
-                   {grid.data() + grid.offset(inGrid(kLayer, c), 0), storing_.to.data()}, storing_.rows(),
-                   storing_.segments.data(), storing_.segmentCount());
-  return {Span{inGrid(kColumn, 0), box[kColumn].length}, Span{inGrid(kRow, 0), box[kRow].length},
-          Span{inGrid(kLayer, 0), box[kLayer].length}};
 }
 
 }  // namespace ratslam

@@ -74,10 +74,11 @@ double PathIntegrator::integrate(ActivityGrid& grid, double distance, double rot
   // of it.
   const bool mostly_kept = lost_ < 0.5 * sum;
   const double scale = mostly_kept ? 1.0 / (sum - lost_) : 1.0;
-  grid.clear();
+  const bool all_cells = boxes.size() == 1 && grid.isWhole(packets_[0].target);  // written, nothing to add to
+  if (!all_cells) grid.clear();
   std::vector<Box> targets;
   for (std::size_t b = 0; b < boxes.size(); ++b) {
-    rotateInto(grid, packets_[b], motion, scale);
+    rotateInto(grid, packets_[b], motion, scale, all_cells ? kernels_->blend : kernels_->addBlend);
     targets.push_back(packets_[b].target);
   }
   grid.replaceBoxes(targets);
@@ -196,8 +197,8 @@ void PathIntegrator::loseAtCorner(int k, const Motion& motion, std::ptrdiff_t ro
       (1.0 - moved_x) * (1.0 - moved_y) * here[0] + moved_x * moved_y * here[from_x + from_y];
 }
 
-void PathIntegrator::rotateInto(ActivityGrid& grid, const Packet& packet, const Motion& motion,
-                                double scale) {
+void PathIntegrator::rotateInto(ActivityGrid& grid, const Packet& packet, const Motion& motion, double scale,
+                                RowKernels::Blend blend) {
   const Box& target = packet.target;
   moving_.clear();
   moving_.appendColumns(
@@ -208,11 +209,10 @@ void PathIntegrator::rotateInto(ActivityGrid& grid, const Packet& packet, const 
                                                  0, wrapIndex(target[kRow].begin + b, grid.nXy()))));
   const std::array<double, 2> weights{(1.0 - motion.part_layer) * scale, motion.part_layer * scale};
   for (int c = 0; c < target[kLayer].length; ++c)
-    kernels_->addBlend(
-        {packet.layers.data() + (c + 1) * packet.layer_stride, moving_.from.data()}, -packet.layer_stride,
-        weights.data(),
-        {grid.data() + grid.offset(wrapIndex(target[kLayer].begin + c, grid.nTh()), 0), moving_.to.data()},
-        moving_.rows(), moving_.segments.data(), moving_.segmentCount());
+    blend({packet.layers.data() + (c + 1) * packet.layer_stride, moving_.from.data()}, -packet.layer_stride,
+          weights.data(),
+          {grid.data() + grid.offset(wrapIndex(target[kLayer].begin + c, grid.nTh()), 0), moving_.to.data()},
+          moving_.rows(), moving_.segments.data(), moving_.segmentCount());
 }
 
 }  // namespace ratslam

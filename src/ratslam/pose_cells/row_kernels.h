@@ -56,15 +56,18 @@ void copyRows(RowSet<const double> in, RowSet<double> out, int rows, const RowSe
   });
 }
 
-void addBlend(RowSet<const double> in, std::ptrdiff_t other, const double* weights, RowSet<double> out,
-              int rows, const RowSegment* segments, int n_segments) {
+template <bool kAdd>
+void blend(RowSet<const double> in, std::ptrdiff_t other, const double* weights, RowSet<double> out, int rows,
+           const RowSegment* segments, int n_segments) {
   const double here = weights[0];
   const double there = weights[1];
   eachSegment(in, out, rows, segments, n_segments, [=](const double* from, double* to, int count) {
     int x = 0;
-    for (; x + kLanes <= count; x += kLanes)
-      store(to + x, load(to + x) + (load(from + x) * here + load(from + x + other) * there));
-    for (; x < count; ++x) to[x] += from[x] * here + from[x + other] * there;
+    for (; x + kLanes <= count; x += kLanes) {
+      const Vec blended = load(from + x) * here + load(from + x + other) * there;
+      store(to + x, kAdd ? load(to + x) + blended : blended);
+    }
+    for (; x < count; ++x) to[x] = (kAdd ? to[x] : 0.0) + (from[x] * here + from[x + other] * there);
   });
 }
 
@@ -172,4 +175,5 @@ double maximum(const double* in, std::ptrdiff_t count) {
   return largest;
 }
 
-constexpr RowKernels kKernels{copyRows, addBlend, convolve, correlate, findMaxima, inhibit, maximum};
+constexpr RowKernels kKernels{copyRows,  blend<false>, blend<true>, convolve,
+                              correlate, findMaxima,   inhibit,     maximum};

@@ -5,6 +5,12 @@
 
 namespace ratslam {
 
+namespace {
+
+constexpr int kRowsAtOnce = 8;  // brought together and filtered while the first-level cache holds them
+
+}  // namespace
+
 std::vector<double> halfGaussian(int dim, double width) {
   std::vector<double> weights;
   double sum = 0.0;
@@ -33,7 +39,6 @@ SeparableFilter::SeparableFilter(int dim, double width_xy, double width_th, cons
 void SeparableFilter::apply(const CellSource& in, const std::array<GatherAxis, 3>& axes, Volume& out,
                             const std::function<void(int)>& done) {
   const GatherAxis& layers = axes[kLayer];
-  out.resize({axes[kColumn].count, axes[kRow].count, layers.count});
   gathered_stride_ = paddedWidth(out.width + 2 * radius_);
   gathering_.planGathering(axes[kColumn], axes[kRow], in.row_stride, gathered_stride_);
   reserve(axes, out);
@@ -77,13 +82,16 @@ double* SeparableFilter::keptLayer(const GatherAxis& layers, int position, std::
 }
 
 void SeparableFilter::filterPlane(const double* layer, const GatherAxis& rows, int width, double* out) {
-  kernels_->copy({layer, gathering_.from.data()}, {gathered_.data(), gathering_.to.data()}, gathering_.rows(),
-                 gathering_.segments.data(), gathering_.segmentCount());
-  for (std::size_t t = 0; t < taps_.size(); ++t)
-    taps_[t] = gathered_.data() + rows.first * gathered_stride_ + static_cast<std::ptrdiff_t>(t);
-  kernels_->convolve(taps_.data(), gathered_stride_,
-                     along_columns_.data() + static_cast<std::ptrdiff_t>(rows.first) * width, width,
-                     rows.last - rows.first, width, weights_xy_.data(), radius_);
+  double* const first_row = gathered_.data() + rows.first * gathered_stride_;
+  for (std::size_t t = 0; t < taps_.size(); ++t) taps_[t] = first_row + static_cast<std::ptrdiff_t>(t);
+  for (int done = 0; done < gathering_.rows(); done += kRowsAtOnce) {
+    const int count = std::min(kRowsAtOnce, gathering_.rows() - done);
+    kernels_->copy({layer, gathering_.from.data() + done}, {gathered_.data(), gathering_.to.data()}, count,
+                   gathering_.segments.data(), gathering_.segmentCount());
+    kernels_->convolve(taps_.data(), gathered_stride_,
+                       along_columns_.data() + static_cast<std::ptrdiff_t>(rows.first + done) * width, width,
+                       count, width, weights_xy_.data(), radius_);
+  }
   for (std::size_t t = 0; t < taps_.size(); ++t)
     taps_[t] = along_columns_.data() + static_cast<std::ptrdiff_t>(t) * width;
   kernels_->convolve(taps_.data(), 0, out, 0, 1, static_cast<std::ptrdiff_t>(width) * rows.count,
