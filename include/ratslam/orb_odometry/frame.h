@@ -90,8 +90,9 @@ struct Frame {
   Stamp stamp = 0;
   ImagePyramid pyramid;
   std::vector<Feature> features;
-  cv::Mat descriptors;  ///< one row of 32 bytes a feature
-  PointGrid grid;       ///< over features[i].pixel
+  cv::Mat descriptors;             ///< one row of 32 bytes a feature
+  PointGrid grid;                  ///< over features[i].pixel
+  bool features_outdated = false;  ///< features[i].pixel is still another calibration's
   RigidTransform T_camera_world;
   std::vector<Observation> observations;
 
@@ -103,7 +104,11 @@ struct Frame {
 Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
                 const FeatureExtractor& extractor, const ExtractorParams& params, WorkerPool& workers);
 
-/// Gives a frame's features and observations the places that another calibration undistorts them to.
+/// Gives a frame's observations the places that another calibration undistorts them to. Its features, which
+/// are many and mostly not looked at again, follow with refreshFeatures.
 void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to);
+
+/// Undistorts a frame's features anew if they are outdated.
+void refreshFeatures(Frame& frame, const CameraModel& camera);
 
 }  // namespace ratslam

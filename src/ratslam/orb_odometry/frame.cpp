@@ -87,10 +87,16 @@ Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
 }
 
 void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to) {
-  for (Feature& feature : frame.features) feature.pixel = to.undistort(feature.raw, feature.pixel);
-  frame.grid = PointGrid(frame.features, kGridCell);
+  frame.features_outdated = true;
   for (Observation& observation : frame.observations)
     observation.pixel = to.undistort(from.distort(observation.pixel), observation.pixel);
+}
+
+void refreshFeatures(Frame& frame, const CameraModel& camera) {
+  if (!frame.features_outdated) return;
+  for (Feature& feature : frame.features) feature.pixel = camera.undistort(feature.raw, feature.pixel);
+  frame.grid = PointGrid(frame.features, kGridCell);
+  frame.features_outdated = false;
 }
 
 }  // namespace ratslam

@@ -297,6 +297,7 @@ int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationPa
                  WorkerPool& workers) {
   if (map.keyframes().size() < 2) return 0;
   Frame& newest = *map.keyframes().back().frame;
+  refreshFeatures(newest, camera);
 
   std::vector<const Keyframe*> neighbours;
   std::vector<EpipolarSearch> searches;
@@ -307,6 +308,7 @@ int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationPa
     if ((neighbour.frame->centre() - newest.centre()).norm() < kLeastBaseline * depth) continue;
     neighbours.push_back(&neighbour);
     if (static_cast<int>(searches.size()) >= params.searched) continue;
+    refreshFeatures(*neighbour.frame, camera);
     searches.emplace_back(camera, newest, *neighbour.frame, explainedFeatures(*neighbour.frame, kTakenRadius),
                           params.max_epipolar_error);
   }
