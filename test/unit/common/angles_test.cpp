@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "ratslam/common/pose2.h"
 
 namespace ratslam {
@@ -17,6 +19,21 @@ TEST(WrapAngle, KeepsTheDirectionAndTheHalfOpenRange) {
   }
   EXPECT_DOUBLE_EQ(wrapAngle(-kPi), kPi);
   EXPECT_DOUBLE_EQ(wrapAngle(kPi), kPi);
+}
+
+TEST(WrapAngle, GivesTheBitsOfTheExactRemainder) {
+  const auto expect_remainder = [](double angle) {
+    const double remainder = std::remainder(angle, 2.0 * kPi);
+    EXPECT_EQ(wrapAngle(angle), remainder <= -kPi ? remainder + 2.0 * kPi : remainder) << angle;
+  };
+  for (double angle = -30.0; angle < 30.0; angle += 0.0137) expect_remainder(angle);
+  for (const double edge : {kPi, 3.0 * kPi, 9.0, 5.0 * kPi}) {
+    for (const double sign : {1.0, -1.0}) {
+      expect_remainder(sign * edge);
+      expect_remainder(sign * std::nextafter(edge, 0.0));
+      expect_remainder(sign * std::nextafter(edge, 100.0));
+    }
+  }
 }
 
 TEST(Pose2, BetweenUndoesCompose) {
