@@ -65,6 +65,11 @@ class TemplateMatcher {
     std::uint32_t id = 0;
   };
 
+  struct MeanRange {
+    double low = 0.0;
+    double high = 0.0;
+  };
+
   void checkSize(const ViewTemplate& view) const;
   std::optional<std::size_t> boundCoarsely(double view_mean);
   void collectCandidates(std::size_t most_likely, std::uint32_t view_rounding);
@@ -76,6 +81,7 @@ class TemplateMatcher {
   SadIndex coarse_;                      // means of blocks
   SadIndex fine_;                        // all values
   std::vector<double> means_;            // of whole groups: infinite where there is no template yet
+  std::vector<MeanRange> mean_ranges_;   // of the templates of each group
   std::vector<std::uint32_t> rounding_;  // sum of what rounding to 8 bits moved the values, in levels
   std::uint32_t largest_rounding_ = 0;
   std::vector<PackedTemplate> packed_;

@@ -1,6 +1,7 @@
 #include "ratslam/local_view/block_grid.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "ratslam/local_view/view_template.h"
 
@@ -12,19 +13,18 @@ constexpr std::size_t kBands = 5;
 
 std::size_t asSize(int value) { return static_cast<std::size_t>(value); }
 
-/// Sums of `count` neighbouring values, from each of them that has so many on. They are put together from
-/// sums of 1, 2, 4 ... neighbours, which `values` becomes one after the other.
-void sumNeighbours(std::vector<double>& values, std::size_t count, std::vector<double>& sums) {
-  sums.assign(values.size() + 1 - count, 0.0);
-  std::size_t summed = 0;
-  for (std::size_t power = 1; power <= count; power *= 2) {
-    if (power > 1) {
-      for (std::size_t x = 0; x + power / 2 < values.size(); ++x) values[x] += values[x + power / 2];
-    }
-    if ((count & power) == 0) continue;
-    for (std::size_t x = 0; x < sums.size(); ++x) sums[x] += values[x + summed];
-    summed += power;
-  }
+/// Sums of `count` neighbours from each value on, which close into a circle: differences of sums from the
+/// first value on. A sum of one is that value, to the last bit.
+void sumNeighbours(const std::vector<double>& values, std::size_t count, std::vector<double>& sums) {
+  sums = values;
+  if (count == 1) return;
+  std::vector<double> from_first(values.size() + count, 0.0);
+  const auto end = std::partial_sum(values.begin(), values.end(), from_first.begin() + 1);
+  const double circle = end[-1];
+  const auto counted = from_first.begin() + static_cast<std::ptrdiff_t>(count);
+  std::transform(from_first.begin() + 1, counted, end, [circle](double sum) { return circle + sum; });
+  std::transform(from_first.begin(), end - 1, counted, sums.begin(),
+                 [](double before, double until) { return std::max(until - before, 0.0); });
 }
 
 }  // namespace
@@ -81,20 +81,19 @@ void BlockGrid::columnMeans(const std::vector<double>& values, const Extent& ext
   const std::size_t bands = rows();
   const std::size_t count = (extent.end - extent.begin - width_) / step + 1;
   means.resize(count * bands);
-  std::vector<double> sums(columns_ + width_ - 1);
-  std::vector<double> block_sums;
+  std::vector<double> column_sums(columns_);
+  std::vector<double> sums;
   std::vector<std::uint8_t> of_band(columns_);
   const double share = 1.0 / static_cast<double>(valuesInBlock());
   const double* row = values.data();
   for (std::size_t band = 0; band < bands; ++band) {
-    std::copy_n(row, columns_, sums.begin());
+    std::copy_n(row, columns_, column_sums.begin());
     row += columns_;
     for (std::size_t y = 1; y < height_; ++y, row += columns_) {
-      for (std::size_t x = 0; x < columns_; ++x) sums[x] += row[x];
+      for (std::size_t x = 0; x < columns_; ++x) column_sums[x] += row[x];
     }
-    std::copy_n(sums.begin(), width_ - 1, sums.begin() + static_cast<std::ptrdiff_t>(columns_));
-    sumNeighbours(sums, width_, block_sums);
-    std::transform(block_sums.begin(), block_sums.end(), of_band.begin(),
+    sumNeighbours(column_sums, width_, sums);
+    std::transform(sums.begin(), sums.begin() + static_cast<std::ptrdiff_t>(columns_), of_band.begin(),
                    [share](double sum) { return quantised(sum * share); });
     std::uint8_t* target = means.data() + band;
     const std::uint8_t* source = of_band.data() + extent.begin;

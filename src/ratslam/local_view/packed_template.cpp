@@ -1,6 +1,7 @@
 #include "ratslam/local_view/packed_template.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -58,12 +59,16 @@ std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& byte
   blocks.rows = params.y_size;
   blocks.full_scale = full_scale_;
   blocks.sums.resize(bytes.size());
+  std::array<std::uint64_t, 256> smallest_sums;
+  for (std::size_t byte = 0; byte < smallest_sums.size(); ++byte) {
+    smallest_sums[byte] = smallestSum(static_cast<std::uint8_t>(byte), sums_per_level_);
+  }
   const std::uint64_t mask = (std::uint64_t{1} << bits_) - 1;
   std::size_t position = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i, position += bits_) {
     std::uint64_t word = 0;
     std::memcpy(&word, packed_.get() + position / 8, kReadBytes);
-    blocks.sums[i] = smallestSum(bytes[i], sums_per_level_) + ((word >> (position % 8)) & mask);
+    blocks.sums[i] = smallest_sums[bytes[i]] + ((word >> (position % 8)) & mask);
   }
   return templateValues(blocks, scale_, params);
 }

@@ -93,6 +93,9 @@ std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
   fine_.add(learned.values);
   if (id % kGroupLanes == 0) means_.resize(id + kGroupLanes, std::numeric_limits<double>::infinity());
   means_[id] = learned.mean;
+  if (id % kGroupLanes == 0) mean_ranges_.push_back({learned.mean, learned.mean});
+  mean_ranges_.back().low = std::min(mean_ranges_.back().low, learned.mean);
+  mean_ranges_.back().high = std::max(mean_ranges_.back().high, learned.mean);
   rounding_.push_back(roundingOf(learned));
   largest_rounding_ = std::max(largest_rounding_, rounding_.back());
   packed_.emplace_back(learned, params_.view_template);
@@ -122,16 +125,17 @@ std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view)
 }
 
 /// Fills coarse_sads_, kNoCandidate where the mean gate excludes a template, and returns the id of the
-/// smallest. Loops over the lanes of a group have no branches, so that they become vector instructions.
+/// smallest. Most groups are excluded or included as a whole by the range of their means.
 std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
   const double gate = params_.meanGate();
   const auto group_excluded = [&](std::size_t group) {
-    const double* means = means_.data() + group * kGroupLanes;
-    int within = 0;
-    for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
-      within += std::abs(view_mean - means[lane]) <= gate ? 1 : 0;
-    }
-    return within == 0;
+    const MeanRange& range = mean_ranges_[group];
+    return std::abs(view_mean - std::clamp(view_mean, range.low, range.high)) > gate;
+  };
+  const auto group_included = [&](std::size_t group) {
+    const MeanRange& range = mean_ranges_[group];
+    return (group + 1) * kGroupLanes <= size() && std::abs(view_mean - range.low) <= gate &&
+           std::abs(view_mean - range.high) <= gate;
   };
   const std::size_t groups = coarse_.groupCount();
   coarse_sads_.assign(groups * kGroupLanes, kNoCandidate);
@@ -146,10 +150,12 @@ std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
     while (last < groups && last - first < kBatchGroups && !group_excluded(last)) ++last;
     coarse_.smallestSads(first, last, coarse_sads_.data() + first * kGroupLanes);
     for (; first < last; ++first) {
-      const double* means = means_.data() + first * kGroupLanes;
       std::uint32_t* sads = coarse_sads_.data() + first * kGroupLanes;
-      for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
-        sads[lane] = std::abs(view_mean - means[lane]) <= gate ? sads[lane] : kNoCandidate;
+      if (!group_included(first)) {
+        const double* means = means_.data() + first * kGroupLanes;
+        for (std::size_t lane = 0; lane < kGroupLanes; ++lane) {
+          if (!(std::abs(view_mean - means[lane]) <= gate)) sads[lane] = kNoCandidate;
+        }
       }
       const std::uint32_t of_group = smallestOfGroup(sads);
       if (of_group >= smallest) continue;
@@ -243,6 +249,7 @@ void TemplateMatcher::refine(const Candidate& candidate, const std::vector<doubl
 
 std::size_t TemplateMatcher::memoryBytes() const {
   std::size_t bytes = coarse_.memoryBytes() + fine_.memoryBytes() + means_.capacity() * sizeof(double) +
+                      mean_ranges_.capacity() * sizeof(MeanRange) +
                       rounding_.capacity() * sizeof(std::uint32_t) +
                       (packed_.capacity() - packed_.size()) * sizeof(PackedTemplate);
   for (const PackedTemplate& packed : packed_) bytes += packed.memoryBytes();
