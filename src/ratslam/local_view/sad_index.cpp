@@ -108,7 +108,7 @@ void SadIndex::placeByRows() {
   view_->quads.resize(view_->shape.rows * view_->shape.quads);
   for (std::size_t x = 0; x < grid_.columns(); ++x) {
     for (std::size_t y = 0; y < grid_.rows(); ++y) {
-      places_.push_back(static_cast<std::uint32_t>(view_->shape.chunkOf(x, y) * kChunkBytes + x % 8));
+      places_.push_back(static_cast<std::uint32_t>(view_->shape.placeOf(x, y)));
     }
   }
 }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kSlides = 3;       // groups of 4 shifts that share what is loaded of a template
 constexpr std::size_t kUsualQuads = 13;  // of 60 columns at shifts of up to 5 to either side
-constexpr std::size_t kUsualRowChunks = 8;
+constexpr std::size_t kUsualFetchedChunks = 8;
 constexpr std::size_t kMaxQuads = 64;  // 4 differences of bytes each, so that their sum stays below 2^16
 
 }  // namespace
@@ -22,12 +22,12 @@ SlidingShape::SlidingShape(std::size_t columns, std::size_t rows_, std::size_t s
       shift_count(shifts),
       compared(columns + 1 - shifts),
       quads((compared + 3) / 4),
-      row_chunks((columns + 3 + 7) / 8) {
+      row_quads((columns + 3) / 4) {
   const std::size_t slides = (shift_count + 4 * kSlides - 1) / (4 * kSlides) * kSlides;
-  // The last 8 bytes read of a row begin at this quad, and may reach into the chunk after its own.
-  const std::size_t last_quad = quads - 1 + slides - 1;
-  excess_chunk = (rows - 1) * row_chunks + std::max(row_chunks, (last_quad + 1) / 2 + 1);
+  const std::size_t last_read = (rows - 1) * row_quads + quads + slides - 1;  // quad
+  excess_chunk = last_read / 2 + 1;
   group_chunks = excess_chunk + slides;
+  fetched_chunks = (group_chunks + rows - 1) / rows;
 }
 
 bool SlidingShape::isSupported() const {
@@ -37,10 +37,15 @@ bool SlidingShape::isSupported() const {
 std::uint16_t slidingExcess(const SlidingShape& shape, const std::vector<std::uint8_t>& bytes,
                             std::size_t shift) {
   const std::size_t columns = bytes.size() / shape.rows;
-  const std::size_t begin = std::min(shift + shape.compared, columns) * shape.rows;
-  const std::size_t end = std::min(shift + shape.quads * 4, columns) * shape.rows;
+  const std::size_t row_bytes = shape.row_quads * 4;
   std::uint32_t sum = 0;
-  for (std::size_t i = begin; i < end; ++i) sum += bytes[i];
+  for (std::size_t y = 0; y < shape.rows; ++y) {
+    for (std::size_t x = shift + shape.compared; x < shift + shape.quads * 4; ++x) {
+      const std::size_t row = y + x / row_bytes;
+      const std::size_t column = x % row_bytes;
+      if (row < shape.rows && column < columns) sum += bytes[column * shape.rows + row];
+    }
+  }
   return static_cast<std::uint16_t>(sum);
 }
 
@@ -105,64 +110,66 @@ RATSLAM_AVX512 inline void addQuads(SlideSums (&sums)[kSlides], const std::uint3
   addQuad<kFirstJoined>(sums[2], quad, third);
 }
 
-RATSLAM_AVX512 inline __m512i chunkAt(const std::uint8_t* row, std::size_t chunk) {
-  return _mm512_load_si512(row + chunk * 64);
+RATSLAM_AVX512 inline __m512i chunkAt(const std::uint8_t* group, std::size_t chunk) {
+  return _mm512_load_si512(group + chunk * 64);
 }
-RATSLAM_AVX512 inline __m512i between(const std::uint8_t* row, std::size_t chunk) {
-  return joined(chunkAt(row, chunk), chunkAt(row, chunk + 1));
+RATSLAM_AVX512 inline __m512i between(const std::uint8_t* group, std::size_t chunk) {
+  return joined(chunkAt(group, chunk), chunkAt(group, chunk + 1));
 }
 
-/// Adds the quads [0, quads) of a row of the view, which meet those from `slide`, slide + 1 and slide + 2 on
-/// of a row of the templates. Even quads are chunks, odd ones lie between two: two a turn, so that the
-/// execution unit of dbsad has nothing to wait for. Their number is a constant where `kQuads` is not 0, which
-/// lets the compiler unroll.
-template <bool kOddSlide, std::size_t kQuads>
-RATSLAM_AVX512 inline void addRow(const std::uint8_t* row, const std::uint32_t* view, std::size_t any_quads,
-                                  std::size_t slide, SlideSums (&sums)[kSlides]) {
+/// Adds the quads [0, quads) of a row of the view, which meet those from `start`, start + 1 and start + 2 on
+/// of the templates. Even quads are chunks, odd ones lie between two: two a turn, so that the execution unit
+/// of dbsad has nothing to wait for. Their number is a constant where `kQuads` is not 0, which lets the
+/// compiler unroll.
+template <bool kOddStart, std::size_t kQuads>
+RATSLAM_AVX512 inline void addRow(const std::uint8_t* group, const std::uint32_t* view, std::size_t any_quads,
+                                  std::size_t start, SlideSums (&sums)[kSlides]) {
   const std::size_t quads = kQuads > 0 ? kQuads : any_quads;
-  std::size_t c = slide / 2;
-  __m512i first = kOddSlide ? between(row, c) : chunkAt(row, c);
-  __m512i second = kOddSlide ? chunkAt(row, c + 1) : between(row, c);
-  if (kOddSlide) ++c;
+  std::size_t c = start / 2;
+  __m512i first = kOddStart ? between(group, c) : chunkAt(group, c);
+  __m512i second = kOddStart ? chunkAt(group, c + 1) : between(group, c);
+  if (kOddStart) ++c;
   std::size_t q = 0;
   for (; q + 1 < quads; q += 2, ++c) {
-    const __m512i third = kOddSlide ? between(row, c) : chunkAt(row, c + 1);
-    const __m512i fourth = kOddSlide ? chunkAt(row, c + 1) : between(row, c + 1);
-    addQuads<kOddSlide>(sums, view[q], first, second, third);
-    addQuads<!kOddSlide>(sums, view[q + 1], second, third, fourth);
+    const __m512i third = kOddStart ? between(group, c) : chunkAt(group, c + 1);
+    const __m512i fourth = kOddStart ? chunkAt(group, c + 1) : between(group, c + 1);
+    addQuads<kOddStart>(sums, view[q], first, second, third);
+    addQuads<!kOddStart>(sums, view[q + 1], second, third, fourth);
     first = third;
     second = fourth;
   }
   if (q == quads) return;
-  addQuads<kOddSlide>(sums, view[q], first, second, kOddSlide ? between(row, c) : chunkAt(row, c + 1));
+  addQuads<kOddStart>(sums, view[q], first, second, kOddStart ? between(group, c) : chunkAt(group, c + 1));
 }
 
 /// Sizes that are constants where they are not 0.
-template <std::size_t kQuads, std::size_t kRowChunks>
+template <std::size_t kQuads, std::size_t kFetchedChunks>
 RATSLAM_AVX512 void smallestSads(const std::uint8_t* groups, std::size_t group_count,
                                  const SlidingShape shape, const std::uint32_t* view,
                                  std::uint32_t* smallest) {
   const std::size_t quads = kQuads > 0 ? kQuads : shape.quads;
   const std::size_t rows_held = kMaxQuads / quads;  // by 16-bit sums
-  const std::size_t row_chunks = kRowChunks > 0 ? kRowChunks : shape.row_chunks;
-  const std::size_t row_bytes = row_chunks * 64;
+  const std::size_t fetched_chunks = kFetchedChunks > 0 ? kFetchedChunks : shape.fetched_chunks;
+  const std::size_t group_bytes = shape.group_chunks * 64;
   for (std::size_t group = 0; group < group_count; ++group) {
-    const std::uint8_t* bytes = groups + group * shape.group_chunks * 64;
+    const std::uint8_t* bytes = groups + group * group_bytes;
     __m512i least = _mm512_set1_epi32(-1);
     for (std::size_t slide = 0; slide * 4 < shape.shift_count; slide += kSlides) {
       const __m512i zero = _mm512_setzero_si512();
       SlideSums sums[kSlides] = {{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
-      const std::uint8_t* row = bytes;
+      const std::uint8_t* later = bytes + 2 * group_bytes;
       const std::uint32_t* view_row = view;
+      std::size_t start = slide;
       for (std::size_t begin = 0; begin < shape.rows; begin += rows_held) {
         const std::size_t end = std::min(begin + rows_held, shape.rows);
-        for (std::size_t y = begin; y < end; ++y, row += row_bytes, view_row += quads) {
+        for (std::size_t y = begin; y < end; ++y, start += shape.row_quads, view_row += quads) {
           // A bit of the group after the next with every row: all at once would stall.
-          prefetch(row + 2 * shape.group_chunks * 64, row_chunks);
-          if (slide % 2 == 0) {
-            addRow<false, kQuads>(row, view_row, quads, slide, sums);
+          prefetch(later, fetched_chunks);
+          later += fetched_chunks * 64;
+          if (start % 2 == 0) {
+            addRow<false, kQuads>(bytes, view_row, quads, start, sums);
           } else {
-            addRow<true, kQuads>(row, view_row, quads, slide, sums);
+            addRow<true, kQuads>(bytes, view_row, quads, start, sums);
           }
         }
         for (SlideSums& sum : sums) widen(sum);
@@ -182,8 +189,8 @@ RATSLAM_AVX512 void smallestSads(const std::uint8_t* groups, std::size_t group_c
 
 void smallestSlidingSads(const std::uint8_t* groups, std::size_t group_count, const SlidingShape& shape,
                          const std::vector<std::uint32_t>& view, std::uint32_t* smallest) {
-  if (shape.quads == kUsualQuads && shape.row_chunks == kUsualRowChunks) {
-    smallestSads<kUsualQuads, kUsualRowChunks>(groups, group_count, shape, view.data(), smallest);
+  if (shape.quads == kUsualQuads && shape.fetched_chunks == kUsualFetchedChunks) {
+    smallestSads<kUsualQuads, kUsualFetchedChunks>(groups, group_count, shape, view.data(), smallest);
   } else {
     smallestSads<0, 0>(groups, group_count, shape, view.data(), smallest);
   }

@@ -2,10 +2,11 @@
 /// kernels: AVX-512's dbsad instruction slides 4 bytes of the view along 8 bytes of a template, one column a
 /// step, and so compares 4 shifts at once.
 ///
-/// Groups of 8 templates are interleaved in chunks as in sad_kernels.h, but a chunk holds 8 columns of one
-/// row. Where the compared columns are no multiple of 4, the view is filled up with black columns. These add
-/// the template's values there to the sum; how much that is at each shift is kept in the group, and
-/// subtracted.
+/// Groups of 8 templates are interleaved in chunks as in sad_kernels.h, but a template's bytes go row by row,
+/// in quads of 4 columns, two in a chunk; a row begins with the quad after the last row's. Where the compared
+/// columns are no multiple of 4, the view is filled up with black columns. These add to the sum what the
+/// template has opposite them, which may be the next row's beginning; how much that is at each shift is kept
+/// in the group, and subtracted.
 #pragma once
 
 #include <cstddef>
@@ -22,16 +23,20 @@ struct SlidingShape {
   /// Whether the kernel's integers are wide enough.
   bool isSupported() const;
 
-  /// Chunk of a group that holds `column` of `row`.
-  std::size_t chunkOf(std::size_t column, std::size_t row) const { return row * row_chunks + column / 8; }
+  /// Where a group has a byte of its first template.
+  std::size_t placeOf(std::size_t column, std::size_t row) const {
+    const std::size_t quad = row * row_quads + column / 4;
+    return quad / 2 * 64 + quad % 2 * 4 + column % 4;
+  }
 
   std::size_t rows = 0;
   std::size_t shift_count = 0;
   std::size_t compared = 0;      ///< columns
   std::size_t quads = 0;         ///< of 4 columns each, which hold the compared ones
-  std::size_t row_chunks = 0;    ///< of a template's row: its columns and at least 3 black ones
+  std::size_t row_quads = 0;     ///< that hold all columns
   std::size_t excess_chunk = 0;  ///< first of the chunks of 16-bit numbers to subtract: 4 shifts in each
   std::size_t group_chunks = 0;
+  std::size_t fetched_chunks = 0;  ///< of a later group with each row
 };
 
 /// View and template at one shift, as far as filled up columns go: what to subtract from their SAD.
