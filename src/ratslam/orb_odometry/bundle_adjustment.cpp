@@ -88,6 +88,7 @@ void linearise(const BundleProblem& problem, const Evaluation& evaluation, doubl
   linear.point_hessian.assign(problem.points.size(), Eigen::Matrix3d::Zero());
   linear.point_gradient.assign(problem.points.size(), Eigen::Vector3d::Zero());
   linear.views.clear();
+  linear.views.reserve(problem.observations.size());
   linear.first_view.assign(1, 0);
 
   const std::vector<Eigen::Matrix3d> rotations = rotationsOf(problem.poses);

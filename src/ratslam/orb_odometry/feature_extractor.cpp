@@ -109,6 +109,25 @@ BriefPattern makePattern() {
   return pattern;
 }
 
+/// The corners of a row. @param maxima their scores, 0 elsewhere; whole words, and 0 behind the row's end.
+void appendCorners(const std::vector<std::uint8_t>& maxima, int y, std::vector<Corner>& corners) {
+  // Most are 0: look at eight at a time.
+  const std::uint8_t* const first = maxima.data();
+  const int end = static_cast<int>(maxima.size()) - 7;
+  for (int begin = 0; begin < end; begin += 8) {
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, first + begin, 8);
+#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+    eight = __builtin_bswap64(eight);
+#endif
+    while (eight != 0) {
+      const int bit = __builtin_ctzll(eight) & ~7;
+      corners.push_back({begin + bit / 8 + kBorder, y, static_cast<int>(eight >> bit & 255U)});
+      eight &= ~(std::uint64_t{255} << bit);
+    }
+  }
+}
+
 }  // namespace
 
 FeatureExtractor::FeatureExtractor(const ExtractorParams& params, SimdLevel level)
@@ -131,19 +150,7 @@ std::vector<Corner> FeatureExtractor::detect(const cv::Mat& image) const {
     score(y + 1);
     const std::uint8_t* const around[3] = {scores_of(y - 1) + 1, scores_of(y) + 1, scores_of(y + 1) + 1};
     kernels_.localMaxima(around, width, maxima.data());
-    // Most are 0: look at eight at a time.
-    for (int begin = 0; begin < width; begin += 8) {
-      std::uint64_t eight = 0;
-      std::memcpy(&eight, maxima.data() + begin, 8);
-#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-      eight = __builtin_bswap64(eight);
-#endif
-      while (eight != 0) {
-        const int bit = __builtin_ctzll(eight) & ~7;
-        corners.push_back({begin + bit / 8 + kBorder, y, static_cast<int>(eight >> bit & 255U)});
-        eight &= ~(std::uint64_t{255} << bit);
-      }
-    }
+    appendCorners(maxima, y, corners);
   }
   return corners;
 }
