@@ -12,14 +12,6 @@ namespace {
 
 class Grids : public testing::TestWithParam<LocalViewParams> {
  protected:
-  std::vector<double> randomValues() {
-    std::uniform_real_distribution<double> value(0.0, 1.0);
-    std::vector<double> values(
-        static_cast<std::size_t>(params_.view_template.x_size * params_.view_template.y_size));
-    for (double& v : values) v = value(random_);
-    return values;
-  }
-
   /// Sum of absolute differences at a shift, as MODEL has it.
   double difference(const std::vector<double>& view, const std::vector<double>& learned, int shift) const {
     const int columns = params_.view_template.x_size;
@@ -54,8 +46,8 @@ class Grids : public testing::TestWithParam<LocalViewParams> {
 TEST_P(Grids, OfValuesDifferAsTheValuesDo) {
   const BlockGrid grid = BlockGrid::ofValues(params_);
   for (int i = 0; i < 20; ++i) {
-    const std::vector<double> view = randomValues();
-    const std::vector<double> learned = randomValues();
+    const std::vector<double> view = randomValues(params_, random_);
+    const std::vector<double> learned = randomValues(params_, random_);
     ASSERT_EQ(grid.runs().size(), static_cast<std::size_t>(params_.shiftCount()));
     for (int shift = 0; shift < params_.shiftCount(); ++shift) {
       const auto compared = static_cast<double>(grid.mostCompared());
@@ -68,8 +60,8 @@ TEST_P(Grids, OfValuesDifferAsTheValuesDo) {
 TEST_P(Grids, BoundTheDifferenceOfValuesFromBelow) {
   const BlockGrid grid = BlockGrid::coarse(params_);
   for (int i = 0; i < 20; ++i) {
-    const std::vector<double> view = randomValues();
-    std::vector<double> learned = randomValues();
+    const std::vector<double> view = randomValues(params_, random_);
+    std::vector<double> learned = randomValues(params_, random_);
     // A template brighter or darker than the view everywhere makes the bound tight.
     if (i % 2 == 0) {
       for (double& value : learned) value = 0.01 * value + (i % 4 == 0 ? 0.99 : 0.0);

@@ -15,14 +15,6 @@ constexpr std::size_t kTemplates = 21;  // the last group is partly empty
 
 class SadIndices : public testing::TestWithParam<LocalViewParams> {
  protected:
-  std::vector<double> randomValues() {
-    std::uniform_real_distribution<double> value(0.0, 1.0);
-    std::vector<double> values(
-        static_cast<std::size_t>(params_.view_template.x_size * params_.view_template.y_size));
-    for (double& v : values) v = value(random_);
-    return values;
-  }
-
   /// The smallest over all shifts, block by block.
   static std::uint32_t smallestSad(const BlockGrid& grid, const std::vector<double>& view,
                                    const std::vector<double>& learned) {
@@ -44,7 +36,7 @@ class SadIndices : public testing::TestWithParam<LocalViewParams> {
 
   void expectSmallestSads(const BlockGrid& grid) {
     std::vector<std::vector<double>> learned;
-    for (std::size_t id = 0; id < kTemplates; ++id) learned.push_back(randomValues());
+    for (std::size_t id = 0; id < kTemplates; ++id) learned.push_back(randomValues(params_, random_));
     const std::vector<double> black(learned[0].size(), 0.0);
     const std::vector<double> white(learned[0].size(), 1.0);
     learned[7] = black;
@@ -53,7 +45,7 @@ class SadIndices : public testing::TestWithParam<LocalViewParams> {
       SadIndex index(grid, level);
       for (const std::vector<double>& values : learned) index.add(values);
       std::vector<std::uint32_t> sads(index.groupCount() * 8);
-      for (const std::vector<double>& view : {randomValues(), black, white}) {
+      for (const std::vector<double>& view : {randomValues(params_, random_), black, white}) {
         index.setView(view);
         index.smallestSads(0, index.groupCount(), sads.data());
         for (std::size_t id = 0; id < kTemplates; ++id) {

@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "ratslam/local_view/local_view_params.h"
 
@@ -33,6 +35,15 @@ inline LocalViewParams smallParams(int columns, int rows, int shift, int step, b
   params.panoramic = panoramic;
   params.match_threshold = 0.2;
   return params;
+}
+
+/// Values of a template, evenly distributed.
+inline std::vector<double> randomValues(const LocalViewParams& params, std::mt19937& random) {
+  std::uniform_real_distribution<double> value(0.0, 1.0);
+  std::vector<double> values(
+      static_cast<std::size_t>(params.view_template.x_size * params.view_template.y_size));
+  for (double& v : values) v = value(random);
+  return values;
 }
 
 /// Parameters of openratslam_reference/local_view_forward.csv.
