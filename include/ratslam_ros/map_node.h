@@ -20,7 +20,7 @@ namespace ratslam {
 class MapNode {
  public:
   /// @throws std::invalid_argument for bad parameters
-  MapNode(ros::NodeHandle handle, const ParameterMap& parameters);
+  MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters);
 
   /// Publishes the map a last time and writes the trajectories; to be called when the node ends.
   void finish();

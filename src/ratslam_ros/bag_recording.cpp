@@ -60,7 +60,7 @@ std::string choose(const std::string& path, const TopicTypes& types, const std::
     return ends && std::find(suitable_types.begin(), suitable_types.end(), type) != suitable_types.end();
   };
   if (!wanted.empty()) {
-    const std::string name = wanted.front() == '/' ? wanted : "/" + wanted;
+    std::string name = wanted.front() == '/' ? wanted : "/" + wanted;
     const auto found = types.find(name);
     if (found == types.end())
       throw std::runtime_error(path + ": no topic " + name + "; the bag has " + listing(types));

@@ -5,7 +5,7 @@
 
 namespace ratslam {
 
-MapNode::MapNode(ros::NodeHandle handle, const ParameterMap& parameters)
+MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
       verifies_(readParams<RecallGeometryParams>(parameters).verifies()),

@@ -77,7 +77,7 @@ ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::No
 
 std::string topicName(const std::string& topic_root, const std::string& name) {
   if (topic_root.empty()) return name;
-  const std::string topic = ros::names::clean(topic_root + "/" + name);
+  std::string topic = ros::names::clean(topic_root + "/" + name);
   std::string error;
   if (!ros::names::validate(topic, error)) throwBadValue("topic_root", "'" + topic_root + "'", error);
   return topic;

@@ -19,7 +19,7 @@ TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& form
 
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
                                   const std::string& format) {
-  const TrajectoryFiles files = trajectoryFiles(file, format);
+  TrajectoryFiles files = trajectoryFiles(file, format);
   const std::filesystem::path folder = std::filesystem::path(files.online).parent_path();
   std::error_code error;
   if (!folder.empty()) std::filesystem::create_directories(folder, error);

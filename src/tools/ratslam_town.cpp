@@ -37,7 +37,7 @@ std::string takeRoot(std::vector<std::string>& arguments) {
   if (found == arguments.end()) return "town";
   if (std::next(found) == arguments.end())
     throw std::invalid_argument("--root: the name of the topics' namespace is missing");
-  const std::string root = *std::next(found);
+  std::string root = *std::next(found);
   arguments.erase(found, found + 2);
   return root;
 }

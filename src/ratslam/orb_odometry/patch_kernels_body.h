@@ -39,7 +39,8 @@ constexpr RimPlaces makeRimPlaces() {
   RimPlaces places{};
   for (int i = 0; i < kRimArea; ++i) {
     places.u[i] = static_cast<float>(i % kRimColumns);
-    places.v[i] = static_cast<float>(i / kRimColumns);
+    const int row = i / kRimColumns;
+    places.v[i] = static_cast<float>(row);
   }
   return places;
 }

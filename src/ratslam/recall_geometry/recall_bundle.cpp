@@ -129,7 +129,7 @@ class Problem {
       reduced.noalias() -= s.coupling.row(i).transpose() * row;
       gradient.noalias() -= row.transpose() * s.point_gradient[i];
     }
-    const PoseVector step = -reduced.ldlt().solve(gradient);
+    PoseVector step = -reduced.ldlt().solve(gradient);
     point_step = -(s.point_gradient + s.coupling * step).cwiseQuotient(information);
     return step;
   }
