@@ -93,7 +93,7 @@ void BlockGrid::columnMeans(const std::vector<double>& values, const Extent& ext
       for (std::size_t x = 0; x < columns_; ++x) column_sums[x] += row[x];
     }
     sumNeighbours(column_sums, width_, sums);
-    std::transform(sums.begin(), sums.begin() + static_cast<std::ptrdiff_t>(columns_), of_band.begin(),
+    std::transform(sums.begin(), sums.end(), of_band.begin(),
                    [share](double sum) { return quantised(sum * share); });
     std::uint8_t* target = means.data() + band;
     const std::uint8_t* source = of_band.data() + extent.begin;
