@@ -11,7 +11,7 @@
 
 #include "oracle/driven_pose_graph.h"
 #include "oracle/experience_map_oracle.h"
-#include "ratslam/experience_map/relaxation.h"
+#include "ratslam/experience_map/solver/relaxation.h"
 
 namespace ratslam {
 namespace {

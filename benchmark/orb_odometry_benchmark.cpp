@@ -14,9 +14,9 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "ratslam/orb_odometry/orb_odometry.h"
-#include "ratslam/orb_odometry/triangulation.h"
-#include "ratslam/orb_odometry/window_adjustment.h"
+#include "ratslam/odometry/orb/orb_odometry.h"
+#include "ratslam/vision/triangulation.h"
+#include "ratslam/vision/window_adjustment.h"
 #include "unit/orb_odometry/street_scene.h"
 
 namespace ratslam {

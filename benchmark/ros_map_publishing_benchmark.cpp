@@ -7,7 +7,7 @@
 #include "oracle/experience_map_drive.h"
 #include "ratslam/view/composite.h"
 #include "ratslam/view/draw_map.h"
-#include "ratslam_ros/map_messages.h"
+#include "ratslam_ros/support/map_messages.h"
 
 namespace ratslam {
 namespace {

@@ -7,6 +7,11 @@ target_include_directories(ratslam_ros SYSTEM PUBLIC ${CATKIN_DEVEL_PREFIX}/incl
 target_link_libraries(ratslam_ros PUBLIC ratslam ${catkin_LIBRARIES})
 ratslam_warnings(ratslam_ros)
 
+file(GLOB town_ros_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/town/ros/*.cpp)
+add_library(town_ros STATIC ${town_ros_sources})
+target_link_libraries(town_ros PUBLIC town ratslam_ros)
+ratslam_warnings(town_ros)
+
 # src/nodes/<name>_main.cpp becomes the executable ratslam_<name>.
 file(GLOB node_mains CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/nodes/*_main.cpp)
 set(node_targets)

@@ -1,7 +1,7 @@
 #include <ros/ros.h>
 
-#include "ratslam_ros/map_node.h"
-#include "ratslam_ros/spin.h"
+#include "ratslam_ros/nodes/map_node.h"
+#include "ratslam_ros/support/spin.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "ratslam_em", ros::init_options::NoSigintHandler);

@@ -1,6 +1,6 @@
 #include <ros/ros.h>
 
-#include "ratslam_ros/local_view_node.h"
+#include "ratslam_ros/nodes/local_view_node.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "ratslam_lv");

@@ -1,6 +1,6 @@
 #include <ros/ros.h>
 
-#include "ratslam_ros/pose_cell_node.h"
+#include "ratslam_ros/nodes/pose_cell_node.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "ratslam_pc");

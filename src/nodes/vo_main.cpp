@@ -1,6 +1,6 @@
 #include <ros/ros.h>
 
-#include "ratslam_ros/profile_odometry_node.h"
+#include "ratslam_ros/nodes/profile_odometry_node.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "ratslam_vo");

@@ -5,11 +5,11 @@
 #include <iostream>
 #include <memory>
 
+#include "ratslam/camera/calibration_file.h"
 #include "ratslam/common/progress_bar.h"
 #include "ratslam/dataset/odometry_file.h"
-#include "ratslam/pipeline/calibration_file.h"
-#include "ratslam/pipeline/pose_cell_snapshots.h"
-#include "ratslam/pipeline/run_log.h"
+#include "ratslam/system/pose_cell_snapshots.h"
+#include "ratslam/system/run_log.h"
 #include "ratslam/view/run_video.h"
 #include "recordings.h"
 #include "run_options.h"

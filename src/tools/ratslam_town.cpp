@@ -9,8 +9,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "ratslam/town/town_run.h"
-#include "ratslam_ros/bag_town_sink.h"
+#include "town/ros/bag_town_sink.h"
+#include "town/town_run.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include "ratslam/dataset/kitti_folder.h"
 #include "ratslam/dataset/recorder_folder.h"
-#include "ratslam_ros/bag_recording.h"
+#include "ratslam_ros/bag/bag_recording.h"
 
 namespace ratslam {
 

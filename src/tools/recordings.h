@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "ratslam/camera/camera_model.h"
 #include "ratslam/dataset/recording.h"
-#include "ratslam/orb_odometry/camera_model.h"
 
 namespace ratslam {
 

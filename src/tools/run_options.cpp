@@ -4,7 +4,7 @@
 #include <iostream>
 #include <stdexcept>
 
-#include "ratslam_ros/node_parameters.h"
+#include "ratslam_ros/support/node_parameters.h"
 
 namespace ratslam {
 namespace {

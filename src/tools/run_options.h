@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "ratslam/pipeline/pipeline.h"
+#include "ratslam/system/pipeline.h"
 #include "recordings.h"
 
 namespace ratslam {

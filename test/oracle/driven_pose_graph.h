@@ -2,7 +2,7 @@
 #pragma once
 
 #include "oracle/experience_map_drive.h"
-#include "ratslam/experience_map/pose_graph_map.h"
+#include "ratslam/experience_map/solver/pose_graph_map.h"
 
 namespace ratslam {
 

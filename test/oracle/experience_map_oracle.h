@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "ratslam/common/sine_cosine.h"
 #include "ratslam/experience_map/experience_graph.h"
-#include "ratslam/experience_map/pose_graph.h"
+#include "ratslam/experience_map/solver/pose_graph.h"
+#include "ratslam/simd/sine_cosine.h"
 
 namespace ratslam {
 

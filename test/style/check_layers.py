@@ -13,20 +13,18 @@ ROS_PACKAGES = (
     "visualization_msgs", "ratslam_ros", "tf2", "tf2_ros", "tf2_eigen", "tf2_geometry_msgs", "cv_bridge",
     "image_transport", "diagnostic_updater", "message_filters", "pluginlib", "nodelet",
 )
-# What each part of the core may use of the rest of it; pipeline is where they all meet.
-COMMON = {"common", "events.h", "version.h"}
+# What each part of the core may use of the rest of it; system is where they all meet, view shows all of it.
+COMMON = {"common", "simd", "events.h", "version.h"}
 ALLOWED = {
     "common": {"common"},
-    "image": COMMON,
-    "config": COMMON,
-    "local_view": COMMON | {"image", "local_view"},
-    "pose_cells": COMMON | {"pose_cells"},
-    "experience_map": COMMON | {"experience_map"},
-    "visual_odometry": COMMON | {"image", "visual_odometry"},
-    "orb_odometry": COMMON | {"image", "orb_odometry"},
-    "dataset": COMMON | {"dataset"},
-    "recall_geometry": COMMON | {"image", "recall_geometry"},
-    "town": COMMON | {"town", "dataset"},
+    "simd": {"common"},
+    "camera": COMMON,
+    "vision": COMMON | {"camera"},
+    "odometry": COMMON | {"camera", "vision"},
+    "local_view": COMMON | {"camera", "vision"},
+    "pose_cells": COMMON,
+    "experience_map": COMMON | {"odometry"},
+    "dataset": COMMON | {"odometry", "camera"},
 }
 
 
@@ -53,6 +51,11 @@ def complaints(tree):
                     used = included.split("/")[1]
                     if used not in ALLOWED[module] | {module}:
                         yield where + f", but {module} may only use {', '.join(sorted(ALLOWED[module]))}"
+    for folder in ("include/town", "src/town"):
+        for path in sorted(list((tree / folder).glob("*.h")) + list((tree / folder).glob("*.cpp"))):
+            for number, included in includes(path):
+                if included.split("/")[0] in ROS_PACKAGES and "/" in included:
+                    yield f"{path.relative_to(tree)}:{number}: includes {included}, but the town knows no ROS"
     nodes = tree / "src" / "nodes"
     for path in sorted(nodes.glob("*.cpp")):
         lines = len(path.read_text(encoding="utf-8").splitlines())

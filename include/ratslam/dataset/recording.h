@@ -16,7 +16,7 @@
 #include <variant>
 #include <vector>
 
-#include "ratslam/common/odometry.h"
+#include "ratslam/odometry/odometry.h"
 
 namespace ratslam {
 

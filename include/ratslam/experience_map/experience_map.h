@@ -22,8 +22,8 @@
 #include "ratslam/events.h"
 #include "ratslam/experience_map/experience_graph.h"
 #include "ratslam/experience_map/goal_planner.h"
-#include "ratslam/experience_map/map_solver.h"
 #include "ratslam/experience_map/params.h"
+#include "ratslam/experience_map/solver/map_solver.h"
 #include "ratslam/experience_map/trajectory.h"
 
 namespace ratslam {

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "ratslam/common/angles.h"
-#include "ratslam/common/odometry.h"
 #include "ratslam/common/stamp.h"
+#include "ratslam/odometry/odometry.h"
 
 namespace ratslam {
 

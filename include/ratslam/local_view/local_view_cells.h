@@ -18,9 +18,9 @@
 
 #include "ratslam/common/stamp.h"
 #include "ratslam/events.h"
+#include "ratslam/local_view/block_sad/template_matcher.h"
+#include "ratslam/local_view/block_sad/view_template.h"
 #include "ratslam/local_view/local_view_params.h"
-#include "ratslam/local_view/template_matcher.h"
-#include "ratslam/local_view/view_template.h"
 
 namespace ratslam {
 

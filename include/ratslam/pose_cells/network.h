@@ -11,7 +11,7 @@
 #include "ratslam/pose_cells/params.h"
 #include "ratslam/pose_cells/path_integration.h"
 #include "ratslam/pose_cells/peak.h"
-#include "ratslam/pose_cells/simd.h"
+#include "ratslam/simd/row_kernels.h"
 
 namespace ratslam {
 

@@ -21,7 +21,7 @@
 #include "ratslam/pose_cells/aligned_buffer.h"
 #include "ratslam/pose_cells/params.h"
 #include "ratslam/pose_cells/separable_filter.h"
-#include "ratslam/pose_cells/simd.h"
+#include "ratslam/simd/row_kernels.h"
 
 namespace ratslam {
 

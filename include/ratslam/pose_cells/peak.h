@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ratslam/pose_cells/activity_grid.h"
-#include "ratslam/pose_cells/simd.h"
+#include "ratslam/simd/row_kernels.h"
 
 namespace ratslam {
 

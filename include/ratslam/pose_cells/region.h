@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "ratslam/pose_cells/simd.h"
+#include "ratslam/simd/row_kernels.h"
 
 namespace ratslam {
 

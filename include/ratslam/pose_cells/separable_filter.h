@@ -16,7 +16,7 @@
 #include "ratslam/pose_cells/aligned_buffer.h"
 #include "ratslam/pose_cells/gather.h"
 #include "ratslam/pose_cells/region.h"
-#include "ratslam/pose_cells/simd.h"
+#include "ratslam/simd/row_kernels.h"
 
 namespace ratslam {
 

@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "ratslam/orb_odometry/frame.h"
+#include "ratslam/vision/frame.h"
 
 namespace ratslam {
 

@@ -7,7 +7,7 @@
 #include <opencv2/videoio.hpp>
 #include <string>
 
-#include "ratslam/pipeline/pipeline.h"
+#include "ratslam/system/pipeline.h"
 #include "ratslam/view/draw_activity.h"
 
 namespace ratslam {

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "ratslam/experience_map/pose_graph_map.h"
-#include "ratslam/experience_map/relaxation.h"
+#include "ratslam/experience_map/solver/pose_graph_map.h"
+#include "ratslam/experience_map/solver/relaxation.h"
 
 namespace ratslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "ratslam/experience_map/block_cholesky.h"
+#include "ratslam/experience_map/solver/block_cholesky.h"
 
 #include <gtest/gtest.h>
 

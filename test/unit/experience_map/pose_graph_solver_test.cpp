@@ -1,5 +1,5 @@
 /// The sliced solver against the batch solution of the same energy.
-#include "ratslam/experience_map/pose_graph_solver.h"
+#include "ratslam/experience_map/solver/pose_graph_solver.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ratslam/experience_map/pose_graph.h"
+#include "ratslam/experience_map/solver/pose_graph.h"
 
 #include <gtest/gtest.h>
 

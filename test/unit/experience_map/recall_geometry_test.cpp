@@ -2,7 +2,7 @@
 /// they hold.
 #include <gtest/gtest.h>
 
-#include "ratslam/experience_map/pose_graph_map.h"
+#include "ratslam/experience_map/solver/pose_graph_map.h"
 
 namespace ratslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "ratslam/experience_map/relaxation.h"
+#include "ratslam/experience_map/solver/relaxation.h"
 
 #include <gtest/gtest.h>
 

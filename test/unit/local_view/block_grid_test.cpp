@@ -1,4 +1,4 @@
-#include "ratslam/local_view/block_grid.h"
+#include "ratslam/local_view/block_sad/block_grid.h"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "oracle/local_view_oracle.h"
-#include "ratslam/local_view/template_matcher.h"
-#include "ratslam/local_view/view_template.h"
+#include "ratslam/local_view/block_sad/template_matcher.h"
+#include "ratslam/local_view/block_sad/view_template.h"
 #include "test_data.h"
 
 namespace ratslam {

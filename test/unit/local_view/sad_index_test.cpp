@@ -1,4 +1,4 @@
-#include "ratslam/local_view/sad_index.h"
+#include "ratslam/local_view/block_sad/sad_index.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ratslam/local_view/view_template.h"
+#include "ratslam/local_view/block_sad/view_template.h"
 
 #include <gtest/gtest.h>
 

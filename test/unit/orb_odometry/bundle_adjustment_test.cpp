@@ -1,4 +1,4 @@
-#include "ratslam/orb_odometry/bundle_adjustment.h"
+#include "ratslam/vision/bundle_adjustment.h"
 
 #include <gtest/gtest.h>
 

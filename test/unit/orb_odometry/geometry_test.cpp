@@ -5,11 +5,11 @@
 #include <opencv2/calib3d.hpp>
 #include <random>
 
-#include "ratslam/orb_odometry/camera_model.h"
-#include "ratslam/orb_odometry/pose_refinement.h"
-#include "ratslam/orb_odometry/rigid_transform.h"
-#include "ratslam/orb_odometry/triangulation.h"
-#include "ratslam/orb_odometry/two_view.h"
+#include "ratslam/camera/camera_model.h"
+#include "ratslam/vision/pose_refinement.h"
+#include "ratslam/vision/rigid_transform.h"
+#include "ratslam/vision/triangulation.h"
+#include "ratslam/vision/two_view.h"
 #include "street_scene.h"
 
 namespace ratslam {

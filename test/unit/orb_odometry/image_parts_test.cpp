@@ -5,9 +5,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "ratslam/common/angles.h"
-#include "ratslam/orb_odometry/ground_plane.h"
-#include "ratslam/orb_odometry/matching.h"
-#include "ratslam/orb_odometry/patch_alignment.h"
+#include "ratslam/odometry/orb/ground_plane.h"
+#include "ratslam/vision/matching.h"
+#include "ratslam/vision/patch_alignment.h"
 #include "street_scene.h"
 
 namespace ratslam {

@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
-#include "ratslam/orb_odometry/orb_odometry.h"
+#include "ratslam/odometry/orb/orb_odometry.h"
 
 namespace ratslam {
 namespace {

@@ -1,5 +1,5 @@
 /// What a calibration has left of the lens: found in exact scenes, and harmless where nothing is left.
-#include "ratslam/orb_odometry/lens_refinement.h"
+#include "ratslam/odometry/orb/lens_refinement.h"
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,11 @@
 #include <Eigen/QR>
 #include <random>
 
-#include "ratslam/orb_odometry/orb_odometry.h"
-#include "ratslam/town/drive.h"
-#include "ratslam/town/town.h"
-#include "ratslam/town/town_renderer.h"
+#include "ratslam/odometry/orb/orb_odometry.h"
 #include "street_scene.h"
+#include "town/drive.h"
+#include "town/town.h"
+#include "town/town_renderer.h"
 
 namespace ratslam {
 namespace {

@@ -1,5 +1,5 @@
 /// The whole odometry on rendered streets: what it must measure, and what it must survive.
-#include "ratslam/orb_odometry/orb_odometry.h"
+#include "ratslam/odometry/orb/orb_odometry.h"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "ratslam/orb_odometry/camera_model.h"
-#include "ratslam/orb_odometry/orb_params.h"
-#include "ratslam/orb_odometry/rigid_transform.h"
+#include "ratslam/camera/camera_model.h"
+#include "ratslam/odometry/orb/orb_params.h"
+#include "ratslam/vision/rigid_transform.h"
 
 namespace ratslam::test {
 

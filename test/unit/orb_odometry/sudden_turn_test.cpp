@@ -1,10 +1,10 @@
 /// A turn that comes all at once, in front of walls full of features that look alike.
 #include <gtest/gtest.h>
 
-#include "ratslam/orb_odometry/orb_odometry.h"
-#include "ratslam/town/drive.h"
-#include "ratslam/town/town.h"
-#include "ratslam/town/town_renderer.h"
+#include "ratslam/odometry/orb/orb_odometry.h"
+#include "town/drive.h"
+#include "town/town.h"
+#include "town/town_renderer.h"
 
 namespace ratslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "ratslam_ros/bag_recording.h"
+#include "ratslam_ros/bag/bag_recording.h"
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>

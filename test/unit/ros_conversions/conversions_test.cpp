@@ -1,4 +1,4 @@
-#include "ratslam_ros/conversions.h"
+#include "ratslam_ros/support/conversions.h"
 
 #include <gtest/gtest.h>
 

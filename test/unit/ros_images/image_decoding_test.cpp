@@ -1,4 +1,4 @@
-#include "ratslam_ros/image_decoding.h"
+#include "ratslam_ros/support/image_decoding.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "ratslam_ros/map_messages.h"
+#include "ratslam_ros/support/map_messages.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <tuple>
 
-#include "ratslam_ros/trajectory_files.h"
+#include "ratslam_ros/support/trajectory_files.h"
 
 namespace ratslam {
 namespace {

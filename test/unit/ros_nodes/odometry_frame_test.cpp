@@ -1,4 +1,4 @@
-#include "ratslam_ros/odometry_frame.h"
+#include "ratslam_ros/support/odometry_frame.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "ratslam_ros/stream_watch.h"
+#include "ratslam_ros/support/stream_watch.h"
 
 #include <gtest/gtest.h>
 
-#include "ratslam_ros/decision_source.h"
+#include "ratslam_ros/support/decision_source.h"
 
 namespace ratslam {
 namespace {

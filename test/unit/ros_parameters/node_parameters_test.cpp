@@ -1,4 +1,4 @@
-#include "ratslam_ros/node_parameters.h"
+#include "ratslam_ros/support/node_parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <map>
 #include <sstream>
 
-#include "ratslam/pipeline/pipeline.h"
+#include "ratslam/system/pipeline.h"
 
 namespace ratslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "ratslam/town/drive.h"
+#include "town/drive.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <fstream>
 
 #include "ratslam/common/angles.h"
-#include "ratslam/town/footprint.h"
-#include "ratslam/town/town_parts.h"
+#include "town/footprint.h"
+#include "town/town_parts.h"
 #include "town_test_support.h"
 
 namespace ratslam {

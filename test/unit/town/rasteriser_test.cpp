@@ -1,4 +1,4 @@
-#include "ratslam/town/rasteriser.h"
+#include "town/rasteriser.h"
 
 #include <gtest/gtest.h>
 

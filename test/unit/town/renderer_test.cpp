@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "ratslam/town/town_renderer.h"
+#include "town/town_renderer.h"
 #include "town_test_support.h"
 
 namespace ratslam {

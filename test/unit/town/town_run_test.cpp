@@ -1,4 +1,4 @@
-#include "ratslam/town/town_run.h"
+#include "town/town_run.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "ratslam/common/angles.h"
-#include "ratslam/town/sensors.h"
+#include "town/sensors.h"
 #include "town_test_support.h"
 
 namespace ratslam {

@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "ratslam/town/drive.h"
-#include "ratslam/town/town.h"
+#include "town/drive.h"
+#include "town/town.h"
 
 namespace ratslam {
 

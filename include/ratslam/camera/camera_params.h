@@ -1,0 +1,49 @@
+/// A camera's calibration among the parameters: for recordings and drivers that bring none of their own.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ratslam/camera/camera_model.h"
+#include "ratslam/common/params.h"
+
+namespace ratslam {
+
+struct CameraParams {
+  int width = 0;
+  int height = 0;
+  double fx = 0.0;
+  double fy = 0.0;
+  double cx = 0.0;
+  double cy = 0.0;
+  std::string distortion_model = "plumb_bob";
+  std::vector<double> distortion;
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    visit("camera_width_px", width, Bounds{0, 65535}, "calibrated image width [px]");
+    visit("camera_height_px", height, Bounds{0, 65535}, "calibrated image height [px]");
+    visit("camera_fx", fx, Bounds{0, 1e6}, "focal length along x [px]; 0: no calibration is given");
+    visit("camera_fy", fy, Bounds{0, 1e6}, "focal length along y [px]");
+    visit("camera_cx", cx, Bounds{-1e6, 1e6}, "principal point [px]");
+    visit("camera_cy", cy, Bounds{-1e6, 1e6}, "principal point [px]");
+    visit("camera_distortion_model", distortion_model, Bounds{},
+          "plumb_bob, rational_polynomial or equidistant");
+    visit("camera_distortion", distortion, Bounds{}, "its coefficients, in OpenCV's order");
+  }
+
+  /// @throws std::invalid_argument naming key, value and requirement
+  void validate() const {
+    checkBounds(*this);
+    if (fx > 0.0) model()->validate();
+  }
+
+  /// The calibration, where one is given.
+  std::optional<CameraModel> model() const {
+    if (fx <= 0.0) return std::nullopt;
+    return CameraModel{width, height, fx, fy, cx, cy, lensModelFromName(distortion_model), distortion};
+  }
+};
+
+}  // namespace ratslam

@@ -1,0 +1,65 @@
+/// The default solver of the experience map: a weighted graph, kept at its optimum in slices.
+///
+/// Frames are the nodes of a pose graph (pose_graph.h). The robot's way through them is one unbroken chain of
+/// stiff odometry constraints; each created experience is a node of it. Recalling an experience adds a node
+/// of its own, where the robot stands, and a loose constraint from the experience to it:
+///
+///  - without image geometry: the same place and heading, give or take exp_recall_sigma and
+///  exp_recall_facing_sigma;
+///  - with it: the measured heading, tight across the measured direction of the offset, loose along it.
+///
+/// So a link by recall is a composition - odometry to the present place, which is the matched one up to about
+/// a metre - and the chain goes on from where the robot is, not from where it was when it first came by.
+///
+/// Geometry is relative to where the template was learned. An experience that was created where a known
+/// template was recalled lies elsewhere: its offset from there is kept as far as it is known, and geometry is
+/// used only as far.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "ratslam/experience_map/params.h"
+#include "ratslam/experience_map/solver/map_solver.h"
+#include "ratslam/experience_map/solver/pose_graph_solver.h"
+
+namespace ratslam {
+
+class PoseGraphMap : public MapSolver {
+ public:
+  explicit PoseGraphMap(const ExperienceMapParams& params);
+
+  MapPose framePose(const ExperienceGraph& graph, std::uint32_t frame) const override;
+  std::uint32_t frameOf(std::uint32_t experience) const override { return nodes_[experience]; }
+  RobotPlace create(const ExperienceGraph& graph, const RobotPlace& robot,
+                    const RecallGeometry* geometry) override;
+  RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
+                    double relative_rad, const RecallGeometry* geometry) override;
+  void update(ExperienceGraph& graph, RobotPlace& robot) override;
+  void resume(ExperienceGraph& graph) override;
+  void settle(ExperienceGraph& graph) override;
+
+  const PoseGraph& poseGraph() const { return pose_graph_; }
+
+ private:
+  /// Where an experience lies relative to where its template was learned, in the axes of then.
+  struct TemplateOffset {
+    double rotation = 0.0;                        ///< [rad]
+    std::optional<Eigen::Vector2d> displacement;  ///< [m], unless the distance is unknown
+  };
+
+  std::uint32_t extendChain(const RobotPlace& robot);
+  Constraint recallConstraint(std::uint32_t experience, double relative_rad,
+                              const RecallGeometry* geometry) const;
+  void work(ExperienceGraph& graph, std::int64_t amount);
+
+  ExperienceMapParams params_;
+  PoseGraph pose_graph_;
+  PoseGraphSolver solver_;
+  std::vector<std::uint32_t> nodes_;     ///< of the experiences
+  std::vector<TemplateOffset> offsets_;  ///< of the experiences
+  bool recalled_ = false;  ///< the last action added evidence: a created experience leaves nothing to solve
+  double disagreement_ = 0.0;  ///< of recalls with the map that is left to mend [exp_recall_sigma]
+};
+
+}  // namespace ratslam

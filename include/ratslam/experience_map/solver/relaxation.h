@@ -1,0 +1,77 @@
+/// OpenRatSLAM's relaxation, equation (6), in the reference arithmetic of MODEL.
+///
+/// Each sweep visits experiences by id and their outgoing links by age. With l = where the link says its end
+/// should be, both ends move by alpha (end - l), start towards, end back; then the facings likewise. All
+/// links count the same.
+///
+/// Facings do not hang on places. So links are turned first, a block at a time, which gives their directions;
+/// then the sines and cosines of the block are computed together (sine_cosine.h), unless all directions are
+/// what they were at the last sweep, as in a map at rest; then its ends are moved, while the next block is
+/// turned: turning and moving are chains of operations of which each waits for the one before, but a
+/// processor follows both at a time.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "ratslam/experience_map/solver/map_solver.h"
+#include "ratslam/simd/sine_cosine.h"
+
+namespace ratslam {
+
+class Relaxation : public MapSolver {
+ public:
+  /// @param sweeps per update. @param correction alpha of equation (6).
+  Relaxation(int sweeps, double correction, SimdLevel level = bestSimdLevel())
+      : sweeps_(sweeps), correction_(correction), sines_cosines_(sinesCosinesFor(level)) {}
+
+  MapPose framePose(const ExperienceGraph& graph, std::uint32_t frame) const override;
+  std::uint32_t frameOf(std::uint32_t experience) const override { return experience; }
+  RobotPlace create(const ExperienceGraph& graph, const RobotPlace& robot,
+                    const RecallGeometry* geometry) override;
+  RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
+                    double relative_rad, const RecallGeometry* geometry) override;
+
+  /// Sweeps. The robot keeps the heading it had in the map before them.
+  void update(ExperienceGraph& graph, RobotPlace& robot) override;
+  void resume(ExperienceGraph&) override {}
+  void settle(ExperienceGraph&) override {}
+
+ private:
+  static constexpr std::size_t kBlock = 64;
+
+  struct Spring {  ///< a link, in the order in which sweeps visit it
+    std::uint32_t from;
+    std::uint32_t to;
+    double distance;
+    double heading_rad;
+    double facing_rad;
+  };
+  struct Place {
+    double x;
+    double y;
+  };
+  struct Block {  ///< of links
+    std::size_t begin = 0;
+    std::size_t count = 0;
+  };
+  struct Turning;
+  struct Moving;
+
+  void takeNewLinks(const ExperienceGraph& graph);
+  void sweep();
+  void turnAndMove(const Block& turned, const Block& moved);
+
+  int sweeps_;
+  double correction_;
+  SinesCosines sines_cosines_;
+  std::size_t links_taken_ = 0;
+  std::vector<Spring> springs_;     ///< by id of the start, then by age
+  std::vector<double> directions_;  ///< of the links in the map at their last turn
+  std::vector<double> sines_;       ///< of the directions
+  std::vector<double> cosines_;
+  std::vector<Place> places_;    ///< of the experiences
+  std::vector<double> facings_;  ///< of the experiences
+};
+
+}  // namespace ratslam

@@ -1,0 +1,46 @@
+/// The start of a map: waits until the camera has moved enough since a reference frame, then makes the first
+/// two keyframes and the landmarks between them.
+///
+/// The reference stays while its matches last, so that a standing or crawling camera gathers parallax.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "ratslam/vision/local_map.h"
+#include "ratslam/vision/two_view.h"
+
+namespace ratslam {
+
+struct InitialMap {
+  std::shared_ptr<Frame> first;   ///< pose identity
+  std::shared_ptr<Frame> second;  ///< pose relative to it, with observations
+  LocalMap map;                   ///< median depth of the landmarks in `second` is 1
+};
+
+class MapInitialiser {
+ public:
+  MapInitialiser(const CameraModel& camera, const TwoViewParams& params, int map_keyframes)
+      : camera_(camera), params_(params), map_keyframes_(map_keyframes) {}
+
+  /// The frame that the next map would start from; nothing before the first frame.
+  const std::shared_ptr<Frame>& reference() const { return reference_; }
+  /// @return a map as soon as the frames allow one.
+  std::optional<InitialMap> add(const std::shared_ptr<Frame>& frame);
+  void reset() { reference_.reset(); }
+  /// Another calibration, for the frames to come. @pre reset
+  void setCamera(const CameraModel& camera) { camera_ = camera; }
+
+ private:
+  std::optional<InitialMap> makeMap(const std::shared_ptr<Frame>& frame,
+                                    const std::vector<std::pair<int, int>>& pairs,
+                                    const std::vector<Eigen::Vector2d>& second,
+                                    const TwoViewMotion& motion) const;
+
+  CameraModel camera_;
+  TwoViewParams params_;
+  int map_keyframes_;
+  std::shared_ptr<Frame> reference_;
+};
+
+}  // namespace ratslam

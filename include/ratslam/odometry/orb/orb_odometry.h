@@ -1,0 +1,123 @@
+/// Monocular visual odometry on ORB features: the self-motion sense of the system.
+///
+/// Steps for each image: extract features; predict the pose from the last velocity; track the local map
+/// (frame_tracker.h); take a keyframe if the camera has moved; triangulate new landmarks; adjust the newest
+/// window; correct the scale by the road plane (ground_plane.h) and the calibration of the lens
+/// (lens_refinement.h). No loop is ever closed here: RatSLAM does that.
+///
+/// States: initialising -> tracking; tracking -> lost (coasting on the last velocity for at most coast_time)
+/// -> relocalising (against the kept keyframes) -> tracking, or a fresh start that carries pose and scale on.
+///
+/// Every image gives a result that depends on the images so far only. While a map is being started nothing is
+/// known of the motion: speed and yaw rate are zero, and the first tracked frame carries the whole motion
+/// since the map's first frame in one step, so that pose and summed steps agree.
+///
+/// Frames: base_link (x forward, y left, z up) lies in the camera's centre, level when the camera is pitched
+/// by camera_pitch_deg; the odometry frame is base_link at the first image.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "ratslam/camera/camera_model.h"
+#include "ratslam/common/worker_pool.h"
+#include "ratslam/odometry/odometry.h"
+#include "ratslam/odometry/orb/frame_tracker.h"
+#include "ratslam/odometry/orb/lens_refinement.h"
+#include "ratslam/odometry/orb/map_initialiser.h"
+#include "ratslam/odometry/orb/orb_params.h"
+#include "ratslam/odometry/orb/scale_keeper.h"
+#include "ratslam/vision/feature_extractor.h"
+#include "ratslam/vision/local_map.h"
+
+namespace ratslam {
+
+enum class OrbState { kInitialising, kTracking, kLost, kRelocalising };
+
+struct OrbResult {
+  OdometrySample sample;                 ///< with pose; the twist holds since the frame before
+  Vector6 twist = Vector6::Zero();       ///< base_link: linear [m/s], angular [rad/s]
+  Matrix6 covariance = Matrix6::Zero();  ///< of the twist, in its order and units
+  OrbState state = OrbState::kInitialising;
+  int tracked_points = 0;  ///< landmarks that the pose rests on
+  int keyframes = 0;       ///< in the local map
+  int landmarks = 0;       ///< in the local map
+  bool keyframe = false;   ///< this frame became one
+  bool restarted = false;  ///< a fresh map began with this frame (not the first one)
+  bool ignored = false;    ///< the stamp was not later than the last: the image was not looked at
+};
+
+class OrbOdometry {
+ public:
+  /// @throws std::invalid_argument for a camera or parameters that cannot be.
+  OrbOdometry(const CameraModel& camera, const OrbOdometryParams& params);
+
+  /// The next image. A stamp that is not later than the last one's is ignored and counted, and the last
+  /// result is given again with zero motion.
+  /// @param image 8-bit, one channel (grey) or three (BGR).
+  /// @throws std::invalid_argument for another type or a size that is not the camera's; the state is
+  /// unchanged.
+  OrbResult track(Stamp stamp, const cv::Mat& image);
+
+  std::int64_t ignoredFrames() const { return ignored_frames_; }
+  std::int64_t restarts() const { return restarts_; }
+  /// The last frame with its features and observations; nothing before the first.
+  const Frame* frame() const { return frame_.get(); }
+  /// The local map; nothing while there is none.
+  const LocalMap* map() const { return map_ ? &*map_ : nullptr; }
+  /// What is known of the road plane and the unit of length.
+  const ScaleKeeper& scale() const { return scale_keeper_; }
+  /// The camera as it is believed to be now: its lens may have been refined.
+  const CameraModel& camera() const { return camera_; }
+  /// Landmarks of the local map in the odometry frame [m], for display.
+  std::vector<Eigen::Vector3d> landmarkPositions() const;
+
+ private:
+  cv::Mat checkedGrey(const cv::Mat& image) const;
+  void startMap(OrbResult& result, double dt);
+  void trackMap(OrbResult& result, double dt);
+  void trackingLost(OrbResult& result, const RigidTransform& predicted, double dt);
+  void beginFreshStart();
+  bool wantsKeyframe() const;
+  bool standsStill() const;
+  void takeKeyframe();
+  void rescale(double factor);
+  void refineLens();
+  double scaleOfNewMap(double elapsed);
+  void setMotion(OrbResult& result, const RigidTransform& previous, double dt, const Matrix6& covariance);
+  void rememberPose();
+  RigidTransform lastPose() const;
+  RigidTransform basePose(const RigidTransform& T_camera_world) const;
+
+  CameraModel camera_;
+  OrbOdometryParams params_;
+  std::unique_ptr<WorkerPool> workers_;
+  ExtractorParams extractor_params_;
+  FeatureExtractor extractor_;
+  TrackingParams tracking_params_;
+  MapInitialiser initialiser_;
+  Eigen::Quaterniond base_from_camera_;
+  ScaleKeeper scale_keeper_;
+  LensRefinement lens_refinement_;
+
+  OrbState state_ = OrbState::kInitialising;
+  std::optional<LocalMap> map_;
+  std::shared_ptr<Frame> frame_;
+  std::optional<OrbResult> last_result_;
+  RigidTransform T_odom_world_;  // where the present map's world lies in the first one's
+  RigidTransform T_reference_;   // of the last frame from the keyframe it is expressed through
+  KeyframeId reference_ = 0;
+  Vector6 velocity_ = Vector6::Zero();         // left increment of the camera's pose per second
+  Matrix6 last_covariance_ = Matrix6::Zero();  // of the last tracked pose
+  double lost_for_ = 0.0;                      // [s] since tracking was lost
+  std::vector<Observation> still_reference_;   // of the last frame that moved
+  std::optional<double> carried_speed_;        // [units/s] that a fresh start takes its scale from
+  int keyframe_points_ = 0;                    // tracked when the last keyframe was taken
+  std::int64_t ignored_frames_ = 0;
+  std::int64_t restarts_ = 0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,76 @@
+/// Arithmetic on rows of pose cells, compiled for several instruction sets and chosen at run time.
+///
+/// Every level gives the same bits: only independent cells share a vector, multiplication and addition are
+/// not fused, and a sum over cells always has eight partial sums (column modulo 8), whatever the width of a
+/// register. Widths are multiples of kRowQuantum; rows are padded to that.
+#pragma once
+
+#include <cstddef>
+
+#include "ratslam/simd/simd_level.h"
+
+namespace ratslam {
+
+constexpr int kRowQuantum = 8;  ///< cells; the widest register holds as many doubles
+
+constexpr int paddedWidth(int width) { return (width + kRowQuantum - 1) / kRowQuantum * kRowQuantum; }
+
+/// `count` cells of a row, from column `from` of one row to column `to` of another.
+struct RowSegment {
+  int from = 0;
+  int to = 0;
+  int count = 0;
+};
+
+/// Rows picked out of a volume: row r starts at data[offsets[r]].
+template <class Cell>
+struct RowSet {
+  Cell* data = nullptr;
+  const std::ptrdiff_t* offsets = nullptr;
+};
+
+/// Largest values of a layer, and of those before it, by column (padded) and by row; each row has kRowQuantum
+/// of them, the columns modulo that.
+struct Maxima {
+  double* columns = nullptr;
+  double* rows = nullptr;
+};
+
+struct RowKernels {
+  /// Copies the segments of `rows` rows.
+  void (*copy)(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
+               int n_segments);
+
+  /// weights[0] times a cell and weights[1] times the cell `other` away, for the segments of `rows` rows.
+  using Blend = void (*)(RowSet<const double> in, std::ptrdiff_t other, const double* weights,
+                         RowSet<double> out, int rows, const RowSegment* segments, int n_segments);
+  Blend blend;
+  Blend addBlend;  ///< adds it to what is there
+
+  /// out[r][x] = sum over t = -radius..radius of weights[|t|] taps[t + radius][r][x].
+  void (*convolve)(const double* const* taps, std::ptrdiff_t in_stride, double* out,
+                   std::ptrdiff_t out_stride, int rows, std::ptrdiff_t width, const double* weights,
+                   int radius);
+
+  /// out[x] = sum over t = 0..taps-1 of weights[t] in[x + t tap].
+  void (*correlate)(const double* in, std::ptrdiff_t tap, double* out, std::ptrdiff_t width,
+                    const double* weights, int taps);
+
+  /// Updates `maxima` with a layer. @return its largest value, at least 0.
+  double (*findMaxima)(const double* in, int rows, int width, Maxima maxima);
+
+  /// cells <- max(0, excited - cells - global) where `keep` (all bits set or none, per column) says so, else
+  /// 0. `sums` (kRowQuantum of them) grow by the result, `maxima` are updated with it. @return its largest
+  /// value.
+  double (*inhibit)(const double* excited, std::ptrdiff_t excited_stride, double* cells, int rows, int width,
+                    double global, const long long* keep, double* sums, Maxima maxima);
+
+  /// Largest of `count` > 0 values.
+  double (*maximum)(const double* in, std::ptrdiff_t count);
+};
+
+/// Those of AVX2 and AVX-512, and for every other level what all machines of the architecture have.
+/// @pre the machine has the level.
+const RowKernels& rowKernels(SimdLevel level);
+
+}  // namespace ratslam

@@ -1,0 +1,64 @@
+/// The experience map fed by its stamped streams: odometry, decisions of the pose cells, and, where recalls
+/// are verified by image geometry, what that geometry measured.
+///
+/// A decision is processed once every stream has reached its stamp: motion up to it first, then the action.
+/// The result depends on stamps and values alone.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "ratslam/events.h"
+#include "ratslam/experience_map/experience_map.h"
+#include "ratslam/system/event_gate.h"
+
+namespace ratslam {
+
+class MapStage {
+ public:
+  /// @param wait_for_geometry  every decision is accompanied by a RecallGeometry (inliers 0: none was
+  /// measured)
+  MapStage(const ExperienceMapParams& params, bool wait_for_geometry);
+
+  /// kTimeWentBack has already reset the stream; the sample that told so sets the clock anew.
+  SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
+  /// One per view event, kind kNone included: it tells how far the pose cells have got.
+  /// @return false where the stamp lies before the one before it
+  bool addDecision(const TopologicalAction& action);
+  void addGeometry(const RecallGeometry& geometry) { geometry_[geometry.stamp] = geometry; }
+
+  /// Processes what has become possible. @return stamps of the processed decisions, oldest first.
+  /// @throws std::invalid_argument where an action names experiences that do not exist; that action is
+  /// dropped,
+  ///         the rest stays queued and the map unharmed
+  std::vector<Stamp> drain();
+
+  /// Processes waiting decisions with the motion and geometry known so far: for a live stream that fell
+  /// silent.
+  std::vector<Stamp> drainWithoutWaiting();
+
+  std::size_t waitingDecisions() const { return gate_.size(); }
+  const ExperienceMap& map() const { return map_; }
+  ExperienceMap& map() { return map_; }
+
+ private:
+  void process(const TopologicalAction& action);
+  std::optional<RecallGeometry> takeGeometry(Stamp stamp);
+  std::optional<Eigen::Vector3d> odometryAt(Stamp stamp) const;
+
+  ExperienceMap map_;
+  bool wait_for_geometry_;
+  EventGate<TopologicalAction> gate_;
+  std::map<Stamp, RecallGeometry> geometry_;
+  bool started_ = false;
+  /// Dead reckoning at each stamp, in the odometry's unit, for the ways that recall geometry compares with.
+  struct Waypoint {
+    Stamp stamp = 0;
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  };
+  std::vector<Waypoint> way_;
+  double way_yaw_ = 0.0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,114 @@
+/// The whole system without ROS: Fig. 1 of the paper as code.
+///
+///     image -> visual odometry -----------------+------------------+
+///       |                                       v                  v
+///       +----> local view cells -> view -> pose cells -> action -> experience map
+///
+/// The nodes run one model each over topics; this runs them in one process. Both use the same stages and give
+/// the same map to the last bit.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "ratslam/camera/camera_params.h"
+#include "ratslam/common/parameter_map.h"
+#include "ratslam/local_view/local_view_cells.h"
+#include "ratslam/odometry/orb/orb_params.h"
+#include "ratslam/odometry/profile/profile_odometry.h"
+#include "ratslam/system/map_stage.h"
+#include "ratslam/system/pose_cell_stage.h"
+#include "ratslam/system/recall_check.h"
+
+namespace ratslam {
+
+/// The parameters of all models.
+struct PipelineParams {
+  LocalViewParams local_view;
+  PoseCellParams pose_cells;
+  ExperienceMapParams experience_map;
+  ProfileOdometryParams profile_odometry;
+  OrbOdometryParams orb_odometry;
+  CameraParams camera;
+  RecallGeometryParams recall_geometry;
+
+  /// @throws std::invalid_argument for a bad value, naming key, value, what would be right and the origin
+  static PipelineParams fromMap(const ParameterMap& map);
+  /// Keys of all models and of the nodes around them: what a shared configuration file may contain.
+  static std::set<std::string> knownKeys();
+  /// Calls visit(key, value, bounds, meaning) for every parameter of every model.
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    local_view.visitFields(visit);
+    pose_cells.visitFields(visit);
+    experience_map.visitFields(visit);
+    profile_odometry.visitFields(visit);
+    orb_odometry.visitFields(visit);
+    camera.visitFields(visit);
+    recall_geometry.visitFields(visit);
+  }
+};
+
+/// Makes odometry of images.
+using OdometrySource = std::function<OdometrySample(Stamp, const cv::Mat&)>;
+
+/// RatSLAM's own: intensity profiles. @throws std::invalid_argument for bad parameters
+OdometrySource profileOdometry(const PipelineParams& params);
+/// ORB features. @throws std::invalid_argument for a bad camera or bad parameters
+OdometrySource orbOdometry(const PipelineParams& params, const CameraModel& camera);
+
+/// Seconds of computing time that each model has taken so far. Not a result: it never influences one.
+struct ModuleTimes {
+  double odometry = 0.0;
+  double local_view = 0.0;
+  double pose_cells = 0.0;
+  double experience_map = 0.0;
+};
+
+class Pipeline {
+ public:
+  /// What one image, or one sample of odometry, has set in motion.
+  struct Progress {
+    std::vector<OdometrySample> odometry;     ///< made from the image, or accepted from outside
+    std::vector<ViewEvent> views;             ///< view events of the image
+    std::vector<PoseCellDecision> decisions;  ///< that have become possible, oldest first
+    std::vector<Stamp> mapped;                ///< stamps up to which the map has got, oldest first
+  };
+
+  /// @param odometry  makes odometry of images; none where it comes from outside through `addOdometry`
+  /// @param camera    needed where image geometry verifies recalls (vt_verify)
+  /// @throws std::invalid_argument for bad parameters, or vt_verify without a camera
+  Pipeline(const PipelineParams& params, OdometrySource odometry,
+           const std::optional<CameraModel>& camera = std::nullopt);
+
+  /// @throws std::invalid_argument where the image does not suit the parameters or the images before it
+  Progress addImage(Stamp stamp, const cv::Mat& image);
+  /// A sample that is not finite or repeats a stamp is left out and counted.
+  Progress addOdometry(const OdometrySample& sample);
+
+  const LocalViewCells& localView() const { return local_view_; }
+  const PoseCellStage& poseCells() const { return pose_cells_; }
+  const ExperienceMap& map() const { return map_.map(); }
+  const ModuleTimes& times() const { return times_; }
+  std::size_t droppedOdometry() const { return dropped_odometry_; }
+
+ private:
+  ViewEvent observe(Stamp stamp, const cv::Mat& image);
+  bool feedOdometry(const OdometrySample& sample);
+  void drain(Progress& progress);
+
+  OdometrySource odometry_;
+  LocalViewCells local_view_;
+  std::unique_ptr<RecallCheck> recall_check_;  ///< where vt_verify asks for it
+  PoseCellStage pose_cells_;
+  MapStage map_;
+  ModuleTimes times_;
+  std::size_t dropped_odometry_ = 0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,30 @@
+/// Recalls of the local view put to image geometry: joins local_view/ and recall_geometry/.
+#pragma once
+
+#include "ratslam/camera/camera_model.h"
+#include "ratslam/local_view/local_view_cells.h"
+#include "ratslam/local_view/recall/recall_geometry_estimator.h"
+
+namespace ratslam {
+
+class RecallCheck : public RecallVerifier {
+ public:
+  /// @throws std::invalid_argument for bad parameters or a bad camera
+  RecallCheck(const RecallGeometryParams& params, const CameraModel& camera);
+
+  /// The view event of an image and what geometry says of it; inliers 0 where it says nothing.
+  /// @throws std::invalid_argument as LocalViewCells::observe does
+  ViewEvent observe(LocalViewCells& cells, Stamp stamp, const cv::Mat& image, RecallGeometry& geometry);
+
+  std::optional<RecallGeometry> verify(Stamp stamp, const cv::Mat& image, std::uint32_t view_id) override {
+    return estimator_.verify(stamp, image, view_id);
+  }
+  void learned(Stamp stamp, const cv::Mat& image, std::uint32_t view_id) override {
+    estimator_.learned(stamp, image, view_id);
+  }
+
+ private:
+  RecallGeometryEstimator estimator_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,98 @@
+/// The local map: the last keyframes and the landmarks that they see. It is bounded: the oldest keyframe goes
+/// when a new one exceeds the window, and a landmark goes with its last observations. Nothing here closes
+/// loops.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "ratslam/vision/frame.h"
+
+namespace ratslam {
+
+using KeyframeId = int;
+using Descriptor = std::array<std::uint8_t, 32>;
+
+/// Where a keyframe sees a landmark.
+struct LandmarkObservation {
+  KeyframeId keyframe = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< undistorted
+  double sigma = 1.0;                               ///< relative to level 0
+  int strikes = 0;  ///< how often in a row the bundle adjustment found it wrong
+};
+
+struct Landmark {
+  LandmarkId id = kNoLandmark;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world
+  Descriptor descriptor{};
+  std::vector<LandmarkObservation> observations;  ///< keyframes ascending
+  KeyframeId reference = 0;                       ///< keyframe whose image shows what the landmark looks like
+  Eigen::Vector2d reference_raw = Eigen::Vector2d::Zero();
+  int reference_level = 0;
+  KeyframeId created = 0;
+  int visible = 0;  ///< frames that should have seen it
+  int found = 0;    ///< frames that did
+};
+
+struct Keyframe {
+  KeyframeId id = 0;
+  std::shared_ptr<Frame> frame;
+};
+
+class LocalMap {
+ public:
+  /// @param max_keyframes kept at a time, at least 2.
+  explicit LocalMap(int max_keyframes) : max_keyframes_(max_keyframes) {}
+
+  const std::deque<Keyframe>& keyframes() const { return keyframes_; }
+  /// As many keyframes as are kept.
+  bool full() const { return static_cast<int>(keyframes_.size()) >= max_keyframes_; }
+  /// Nothing if that keyframe has been dropped.
+  const Keyframe* keyframe(KeyframeId id) const;
+  std::vector<Landmark>& landmarks() { return landmarks_; }
+  const std::vector<Landmark>& landmarks() const { return landmarks_; }
+  /// Nothing if that landmark has been dropped. Valid until landmarks are added or removed.
+  Landmark* landmark(LandmarkId id);
+  const Landmark* landmark(LandmarkId id) const;
+
+  /// Takes the frame's observations into the map; drops the oldest keyframes beyond the window.
+  const Keyframe& addKeyframe(std::shared_ptr<Frame> frame, const CameraModel& camera);
+  /// @param landmark without an id. @return its id.
+  LandmarkId addLandmark(Landmark landmark);
+  /// Removes the landmarks that `unwanted(landmark)` names, and all with fewer than two observations.
+  template <class Predicate>
+  void removeLandmarks(Predicate&& unwanted) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+      if (landmarks_[i].observations.size() < 2 || unwanted(landmarks_[i])) continue;
+      if (kept != i) landmarks_[kept] = std::move(landmarks_[i]);
+      ++kept;
+    }
+    landmarks_.resize(kept);
+    reindex();
+  }
+
+  /// Scales everything about `centre`: a correction of scale moves the whole map, never a single pose.
+  void rescale(double factor, const Eigen::Vector3d& centre);
+  /// Undistorts all observations anew; poses and positions stay as they are.
+  void recalibrate(const CameraModel& from, const CameraModel& to);
+  /// Median depth of the landmarks in front of a camera; 0 where there is none.
+  double medianDepth(const RigidTransform& T_camera_world) const;
+
+ private:
+  void dropOldestKeyframe(const CameraModel& camera);
+  void reindex();
+
+  int max_keyframes_;
+  KeyframeId next_keyframe_ = 0;
+  LandmarkId next_landmark_ = 0;
+  std::deque<Keyframe> keyframes_;   // ids without gaps
+  std::vector<Landmark> landmarks_;  // ids ascending
+  std::unordered_map<LandmarkId, std::size_t> index_;
+};
+
+}  // namespace ratslam

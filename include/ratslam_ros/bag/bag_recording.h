@@ -1,0 +1,49 @@
+/// A bag as a recording: its images and, on request, its odometry in the order in which they were recorded,
+/// decoded as the nodes decode them.
+#pragma once
+
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "ratslam/camera/camera_model.h"
+#include "ratslam/dataset/recording.h"
+
+namespace ratslam {
+
+struct BagTopics {
+  std::string images;          ///< sensor_msgs/Image or CompressedImage; empty: the only such topic
+  std::string odometry;        ///< nav_msgs/Odometry; empty: the only such topic named .../odom
+  bool with_odometry = false;  ///< whether odometry is wanted at all
+};
+
+class BagRecording : public Recording {
+ public:
+  /// @throws std::runtime_error, one line: the file is missing, empty, truncated, without an index (rosbag
+  /// reindex) or no bag; a topic is missing, of another type or not the only one (with the topics there are
+  /// and their types)
+  BagRecording(const std::string& path, const BagTopics& topics);
+
+  /// @throws std::runtime_error naming the file where it cannot be read any further
+  std::optional<RecordedItem> next() override;
+  std::size_t imageCount() const override { return image_count_; }
+
+  const BagTopics& topics() const { return topics_; }
+
+  /// Calibration in the first camera_info message beside the images, where there is one.
+  /// @throws std::invalid_argument where that message holds none
+  std::optional<CameraModel> camera() const;
+
+ private:
+  std::string path_;
+  BagTopics topics_;
+  rosbag::Bag bag_;
+  std::unique_ptr<rosbag::View> view_;
+  rosbag::View::iterator position_;
+  std::size_t image_count_ = 0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,58 @@
+/// ratslam_em: odom and the decisions of the pose cells -> experience map, robot pose, map -> odom,
+/// trajectories, path to a goal (MODEL section 3), the streams merged by stamp.
+#pragma once
+
+#include <geometry_msgs/PoseStamped.h>
+#include <std_srvs/Trigger.h>
+
+#include <optional>
+
+#include "ratslam/local_view/recall/recall_geometry_params.h"
+#include "ratslam/system/map_stage.h"
+#include "ratslam_ros/RecallGeometry.h"
+#include "ratslam_ros/support/decision_source.h"
+#include "ratslam_ros/support/map_publisher.h"
+#include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/odometry_subscriber.h"
+
+namespace ratslam {
+
+class MapNode {
+ public:
+  /// @throws std::invalid_argument for bad parameters
+  MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters);
+
+  /// Publishes the map a last time and writes the trajectories; to be called when the node ends.
+  void finish();
+
+ private:
+  void subscribe();
+  template <class Message>
+  void onDecision(const Message& message);
+  void onGoal(const geometry_msgs::PoseStamped& goal);
+  bool onWriteTrajectories(std_srvs::Trigger::Response& response);
+  void watch();
+  /// Processes what is possible, without waiting for silent streams where `wait` is false; publishes.
+  void drain(bool wait);
+  void reportGoal();
+
+  ros::NodeHandle handle_;
+  NodeParams params_;
+  bool verifies_;  ///< decisions come with a RecallGeometry
+  MapStage stage_;
+  MapPublisher publisher_;
+  OdometryFrame odometry_frame_;
+  OdometrySubscriber odometry_;
+  StreamWatch decisions_watch_;
+  DecisionSource source_;
+  SyncTimeout silence_;
+  GoalStatus goal_status_ = GoalStatus::kNone;
+  CountedWarning bad_decision_;
+  CountedWarning went_on_without_;
+  CountedWarning time_went_back_;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::ServiceServer write_service_;
+  ros::WallTimer watch_timer_;
+};
+
+}  // namespace ratslam

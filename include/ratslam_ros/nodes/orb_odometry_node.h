@@ -1,0 +1,39 @@
+/// ratslam_orb_vo: camera/image and camera/camera_info -> odom by ORB features.
+#pragma once
+
+#include <optional>
+
+#include "ratslam/odometry/orb/orb_odometry.h"
+#include "ratslam_ros/support/calibrated_images.h"
+#include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/odometry_publisher.h"
+#include "ratslam_ros/support/orb_display.h"
+#include "ratslam_ros/support/start_gate.h"
+
+namespace ratslam {
+
+class OrbOdometryNode {
+ public:
+  /// @throws std::invalid_argument for bad parameters
+  OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters);
+
+ private:
+  void useCamera(const CameraModel& camera);
+  void onImage(const std_msgs::Header& header, const cv::Mat& image);
+
+  NodeParams params_;
+  OrbOdometryParams odometry_params_;
+  std::optional<CameraModel> camera_;
+  std::optional<OrbOdometry> odometry_;
+  OdometryPublisher publisher_;
+  OrbDisplay display_;
+  CalibratedImages images_;
+  std::optional<Stamp> last_stamp_;
+  CountedWarning repeated_;
+  CountedWarning time_went_back_;
+  CountedWarning restarted_;
+  std::optional<StartGate> gate_;
+  ros::WallTimer watch_timer_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,46 @@
+/// ratslam_pc: odom and LocalView/Template -> PoseCell/TopologicalAction and PoseCell/State by the pose cells
+/// (MODEL section 2), the two merged by stamp, and PoseCell/Activity to look at.
+#pragma once
+
+#include <optional>
+
+#include "ratslam/system/pose_cell_stage.h"
+#include "ratslam/view/draw_activity.h"
+#include "ratslam_ros/ViewTemplate.h"
+#include "ratslam_ros/support/lazy_picture.h"
+#include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/odometry_subscriber.h"
+#include "ratslam_ros/support/start_gate.h"
+
+namespace ratslam {
+
+class PoseCellNode {
+ public:
+  /// @throws std::invalid_argument for bad parameters
+  PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters);
+
+ private:
+  void start();
+  void onView(const ratslam_ros::ViewTemplate& message);
+  void watch();
+  void publish(const std::vector<PoseCellDecision>& decisions);
+
+  ros::NodeHandle handle_;
+  NodeParams params_;
+  PoseCellStage stage_;
+  ros::Publisher action_publisher_;
+  ros::Publisher state_publisher_;
+  LazyPicture picture_;
+  ActivityTrail trail_;
+  OdometrySubscriber odometry_;
+  StreamWatch views_watch_;
+  SyncTimeout odometry_timeout_;
+  CountedWarning went_on_without_;
+  CountedWarning time_went_back_;
+  CountedWarning died_out_;
+  ros::Subscriber view_subscriber_;
+  std::optional<StartGate> gate_;
+  ros::WallTimer watch_timer_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,34 @@
+/// ratslam_vo: camera/image -> odom by intensity profiles (MODEL section 4).
+#pragma once
+
+#include <optional>
+
+#include "ratslam/odometry/profile/profile_odometry.h"
+#include "ratslam_ros/support/image_subscriber.h"
+#include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/odometry_publisher.h"
+#include "ratslam_ros/support/start_gate.h"
+
+namespace ratslam {
+
+class ProfileOdometryNode {
+ public:
+  /// @throws std::invalid_argument for bad parameters
+  ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters);
+
+ private:
+  void onImage(const std_msgs::Header& header, const cv::Mat& image);
+  TwistCovariance covariance(const OdometrySample& sample, int image_columns, double dt) const;
+
+  NodeParams params_;
+  ProfileOdometryParams odometry_params_;
+  ProfileOdometry odometry_;
+  OdometryPublisher publisher_;
+  ImageSubscriber images_;
+  std::optional<Stamp> last_stamp_;
+  CountedWarning time_went_back_;
+  std::optional<StartGate> gate_;
+  ros::WallTimer watch_timer_;
+};
+
+}  // namespace ratslam

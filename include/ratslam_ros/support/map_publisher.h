@@ -1,0 +1,47 @@
+/// What the experience map tells the world: topology and marker (latched, at most every map_period), robot
+/// pose, scale, path to the goal, map -> odom, and ExperienceMap/Picture to look at.
+#pragma once
+
+#include <ros/node_handle.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include "ratslam/experience_map/experience_map.h"
+#include "ratslam_ros/support/lazy_picture.h"
+#include "ratslam_ros/support/node_params.h"
+#include "ratslam_ros/support/odometry_frame.h"
+
+namespace ratslam {
+
+class MapPublisher {
+ public:
+  /// @param with_scale  publish ExperienceMap/Scale
+  MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bool with_scale);
+
+  /// Robot pose, scale and map -> odom for each decision that the map has processed, oldest first.
+  void publishPoses(const ExperienceMap& map, const std::vector<Stamp>& processed, OdometryFrame& odometry);
+
+  /// Map, marker and picture where the map has changed since they were published and map_period is over.
+  void publishMapIfDue(const ExperienceMap& map);
+  /// Map and marker where the map has changed since they were published.
+  void publishMap(const ExperienceMap& map);
+
+  void publishPath(const ExperienceMap& map);
+
+ private:
+  std_msgs::Header header() const;
+
+  NodeParams params_;
+  ros::Publisher map_;
+  ros::Publisher marker_;
+  ros::Publisher robot_pose_;
+  ros::Publisher path_;
+  ros::Publisher scale_;
+  LazyPicture picture_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  Stamp newest_ = 0;
+  std::optional<Stamp> newest_transform_;
+  std::optional<std::uint64_t> published_revision_;
+  ros::WallTime published_at_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,48 @@
+/// The path of a synthetic drive, and the roads it needs.
+///
+/// Truth convention (KITTI): poses of the camera, x right, y down, z forward, in the axes of the first pose
+/// of the path. The camera rides 1.65 m above the road.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "ratslam/common/stamp.h"
+#include "town/road_field.h"
+
+namespace ratslam {
+
+constexpr double kCameraHeight = 1.65;  ///< above the road [m]
+
+struct DrivePose {
+  Stamp stamp = 0;  ///< from the start of the drive
+  Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
+};
+
+struct Drive {
+  std::vector<DrivePose> poses;
+  std::vector<std::vector<RoadPoint>> roads;  ///< the driven road first
+};
+
+/// A drive through a grid of blocks, at 10 Hz and 5 to 11.5 m/s, that never ends: it repeats a circuit of 14
+/// streets. Within its first 600 frames it comes three times to a street it knows in the same direction (each
+/// time after having left the known path), and once in the opposite direction. The roads do not depend on the
+/// number of frames.
+/// @throws std::invalid_argument for less than one frame.
+Drive planTownDrive(int frames);
+
+/// A drive along recorded poses. All of them make the road; the first `frames` (0: all) are driven.
+/// @param poses_file KITTI poses: 12 numbers a line, a 3x4 matrix by rows.
+/// @param times_file seconds, one a line; empty: 10 Hz.
+/// @throws std::invalid_argument naming file and line where one is missing, malformed, not a rigid motion, or
+/// where times do not increase.
+Drive loadDrive(const std::string& poses_file, const std::string& times_file, int frames);
+
+/// Puts the camera of a recorded drive at its height above the town's road. Where a drive comes back to a
+/// place, recorded heights disagree with each other by up to metres while the town has one road only; the
+/// camera follows that road and keeps what it moves up and down over less than some 10 m of way. Places and
+/// rotations stay.
+void settleOnRoad(Drive& drive, const RoadField& roads);
+
+}  // namespace ratslam

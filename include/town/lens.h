@@ -1,0 +1,19 @@
+/// The lens of a camera with plumb-bob distortion (Brown 1966, as OpenCV writes it), inverted.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "town/camera.h"
+
+namespace ratslam {
+
+/// How to make the picture of a distorted camera out of that of an ideal one.
+struct LensMap {
+  TownCamera ideal;      ///< a pinhole that sees everything the distorted camera sees
+  cv::Mat map_x, map_y;  ///< CV_32F, where in the ideal picture each pixel looks; empty without distortion
+};
+
+/// @throws std::invalid_argument where the distortion cannot be inverted everywhere in the picture.
+LensMap makeLensMap(const TownCamera& camera);
+
+}  // namespace ratslam

@@ -1,0 +1,47 @@
+/// A synthetic drive written as a bag: camera/image (or camera/image/compressed where JPEG is asked for),
+/// camera/camera_info, ground_truth, and, where the drive has them, odom, gps and imu; the camera under
+/// base_link on /tf_static.
+///
+/// Stamps are absolute (the options' start). Poses are those of base_link (x forward, y left, z up), which
+/// lies in the camera's centre, in the frame "world": base_link at the first image.
+#pragma once
+
+#include <rosbag/bag.h>
+
+#include <optional>
+#include <string>
+
+#include "town/town_sink.h"
+
+namespace ratslam {
+
+class BagTownSink : public TownSink {
+ public:
+  /// @param root  namespace of the topics   @throws std::runtime_error where options.out cannot be written
+  BagTownSink(const TownOptions& options, const std::string& root);
+
+  /// @throws std::runtime_error where the bag cannot be written
+  void add(const TownFrame& frame) override;
+  void finish() override;
+
+ private:
+  template <class Message>
+  void write(const std::string& topic, Stamp stamp, const Message& message);
+  void writeCamera(const TownFrame& frame, Stamp stamp);
+  void writeTruth(const TownFrame& frame, Stamp stamp);
+  void writeSensors(const TownFrame& frame, Stamp stamp);
+
+  TownOptions options_;
+  TownCamera camera_;
+  std::string root_;
+  Stamp start_;
+  rosbag::Bag bag_;
+  std::optional<Eigen::Isometry3d> first_camera_pose_;
+  struct Truth {
+    Stamp stamp = 0;
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  };
+  std::optional<Truth> last_truth_;
+};
+
+}  // namespace ratslam

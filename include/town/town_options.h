@@ -1,0 +1,74 @@
+/// Options of `ratslam_town`, described once: the command line, its checks and its help come from here.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ratslam/common/params.h"
+#include "town/camera.h"
+
+namespace ratslam {
+
+struct TownOptions {
+  std::string out;               ///< a folder, or what the sink takes
+  std::string layout = "kitti";  ///< kitti or recorder
+  int frames = -1;               ///< -1: 600, or all poses of the trajectory
+  int seed = 1;
+  std::string trajectory;           ///< KITTI poses to drive along; empty: the built-in circuit
+  std::string times;                ///< times of the trajectory's poses
+  std::string size = "1241x376";    ///< [px]
+  std::vector<double> calibration;  ///< fx fy cx cy; empty: KITTI's at this size
+  std::vector<double> distortion;   ///< k1 k2 p1 p2 k3; empty: none
+  int jpeg_quality = 0;             ///< 0: PNG (in the recorder layout: 90)
+  bool exposure = false;
+  double noise = 0.0;  ///< standard deviation [grey values]
+  int moving_cars = 0;
+  std::vector<double>
+      wheel_noise;         ///< scale error, sigma speed [m/s], sigma yaw rate [rad/s]; empty: no odometry
+  double gps_noise = 0.0;  ///< standard deviation per axis [m]
+  std::vector<double> origin{49.0336, 8.3949,
+                             112.0};  ///< latitude, longitude [deg], height [m] of the first pose
+  double start = 1600000000.0;        ///< Unix time of the first frame where stamps are absolute [s]
+  int threads = 1;
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    visit("out", out, Bounds{}, "where to write (required)");
+    visit("layout", layout, Bounds{},
+          "kitti: image_0, times.txt, calib.txt, poses.txt; recorder: Android data set recorder");
+    visit("frames", frames, Bounds{-1, 1e6}, "frames to render; -1: 600, or the whole trajectory");
+    visit("seed", seed, Bounds{0, 2147483647}, "of town, traffic and noise");
+    visit("trajectory", trajectory, Bounds{},
+          "file of KITTI poses to drive along; the town is built along it");
+    visit("times", times, Bounds{}, "file with the times of the trajectory's poses [s]; without it 10 Hz");
+    visit("size", size, Bounds{}, "of the images, WxH [px]");
+    visit("calibration", calibration, Bounds{}, "fx,fy,cx,cy [px]; without it KITTI's, scaled to the size");
+    visit("distortion", distortion, Bounds{}, "k1,k2,p1,p2,k3 of the lens (plumb bob)");
+    visit("jpeg_quality", jpeg_quality, Bounds{0, 100},
+          "write JPEG of this quality; 0: PNG (recorder layout: JPEG 90)");
+    visit("exposure", exposure, Bounds{}, "let the exposure drift and jump");
+    visit("noise", noise, Bounds{0, 100}, "standard deviation of pixel noise [grey values]");
+    visit("moving_cars", moving_cars, Bounds{0, 10000},
+          "cars under way: oncoming ones, every fourth in front");
+    visit("wheel_noise", wheel_noise, Bounds{},
+          "scale error,sigma of speed [m/s],sigma of yaw rate [rad/s]: also give wheel odometry");
+    visit("gps_noise", gps_noise, Bounds{0, 1000}, "standard deviation of GPS fixes per axis [m]");
+    visit("origin", origin, Bounds{}, "latitude,longitude [deg],height [m] of the first pose");
+    visit("start", start, Bounds{1, 4e9}, "Unix time of the first frame where stamps are absolute [s]");
+    visit("threads", threads, Bounds{1, 64}, "threads; they do not change the output");
+  }
+  /// @throws std::invalid_argument naming option, value and what is allowed.
+  void validate() const;
+  /// Camera of the given size, calibration and distortion. @throws std::invalid_argument as validate().
+  TownCamera camera() const;
+};
+
+/// Reads a command line: `--name value` or `--name=value`; in names - and _ are the same; a bool needs no
+/// value.
+/// @throws std::invalid_argument for unknown names, missing or malformed values, and as validate().
+TownOptions parseTownOptions(const std::vector<std::string>& arguments);
+
+/// Help: one line an option with its default.
+std::string townUsage();
+
+}  // namespace ratslam

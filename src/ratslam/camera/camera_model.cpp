@@ -1,0 +1,175 @@
+#include "ratslam/camera/camera_model.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "ratslam/common/params.h"
+
+namespace ratslam {
+namespace {
+
+constexpr int kMaxNewtonSteps = 15;
+constexpr double kNewtonTolerance = 1e-10;  // squared length of a step, in bearing units
+
+std::size_t coefficientCount(LensModel model) {
+  switch (model) {
+    case LensModel::kPlumbBob:
+      return 5;
+    case LensModel::kRationalPolynomial:
+      return 8;
+    case LensModel::kEquidistant:
+      return 4;
+    case LensModel::kNone:
+      break;
+  }
+  return 0;
+}
+
+/// A bearing as the lens bends it, and the derivative by the ideal one.
+struct BentBearing {
+  Eigen::Vector2d bearing;
+  Eigen::Matrix2d jacobian;
+};
+
+using Coefficients = std::array<double, 8>;  // missing ones are zero
+
+Coefficients coefficientsOf(const CameraModel& camera) {
+  Coefficients k{};
+  for (std::size_t i = 0; i < std::min(camera.coefficients.size(), k.size()); ++i)
+    k[i] = camera.coefficients[i];
+  return k;
+}
+
+BentBearing bendEquidistant(const Coefficients& k, const Eigen::Vector2d& ideal) {
+  const double r2 = ideal.squaredNorm();
+  const double r = std::sqrt(r2);
+  if (r < 1e-12) return {ideal, Eigen::Matrix2d::Identity()};
+  const double theta = std::atan(r);
+  const double t2 = theta * theta;
+  const double bent = theta * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
+  const double bent_by_theta =
+      1.0 + t2 * (3.0 * k[0] + t2 * (5.0 * k[1] + t2 * (7.0 * k[2] + t2 * 9.0 * k[3])));
+  const double scale = bent / r;
+  const double scale_by_r = (bent_by_theta / (1.0 + r2) - scale) / r;
+  return {ideal * scale, scale * Eigen::Matrix2d::Identity() + scale_by_r / r * ideal * ideal.transpose()};
+}
+
+inline BentBearing bend(LensModel model, const Coefficients& k, const Eigen::Vector2d& ideal) {
+  if (model == LensModel::kEquidistant) return bendEquidistant(k, ideal);
+  const double x = ideal.x();
+  const double y = ideal.y();
+  const double r2 = ideal.squaredNorm();
+  double radial = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+  double radial_by_r2 = k[0] + r2 * (2.0 * k[1] + r2 * 3.0 * k[4]);
+  if (model == LensModel::kRationalPolynomial) {
+    const double below = 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
+    const double below_by_r2 = k[5] + r2 * (2.0 * k[6] + r2 * 3.0 * k[7]);
+    radial /= below;
+    radial_by_r2 = (radial_by_r2 - radial * below_by_r2) / below;
+  }
+  BentBearing bent;
+  bent.bearing = {x * radial + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x),
+                  y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y};
+  const double across = 2.0 * (x * y * radial_by_r2 + k[2] * x + k[3] * y);
+  bent.jacobian << radial + 2.0 * (x * x * radial_by_r2 + k[2] * y + 3.0 * k[3] * x), across,  //
+      across, radial + 2.0 * (y * y * radial_by_r2 + 3.0 * k[2] * y + k[3] * x);
+  return bent;
+}
+
+/// Where Newton's method starts. An equidistant lens is undone along its radius first: at wide angles the
+/// tangent is too steep for a start at the distorted bearing itself.
+Eigen::Vector2d firstGuess(const CameraModel& camera, const Eigen::Vector2d& bent) {
+  if (camera.model != LensModel::kEquidistant) return bent;
+  const double bent_angle = bent.norm();
+  if (bent_angle < 1e-9) return bent;
+  constexpr double kWidest = 1.5;  // [rad] of incidence that a pinhole can still represent
+  return bent * (std::tan(std::min(bent_angle, kWidest)) / bent_angle);
+}
+
+}  // namespace
+
+LensModel lensModelFromName(const std::string& name) {
+  if (name.empty() || name == "none") return LensModel::kNone;
+  if (name == "plumb_bob") return LensModel::kPlumbBob;
+  if (name == "rational_polynomial") return LensModel::kRationalPolynomial;
+  if (name == "equidistant" || name == "fisheye") return LensModel::kEquidistant;
+  throwBadValue("distortion_model", name, "it must be plumb_bob, rational_polynomial, equidistant or none");
+}
+
+void CameraModel::validate() const {
+  if (width < 1) throwBadValue("camera width", width, "it must be positive");
+  if (height < 1) throwBadValue("camera height in pixels", height, "it must be positive");
+  if (!(fx > 0.0) || !std::isfinite(fx)) throwBadValue("camera fx", fx, "it must be positive");
+  if (!(fy > 0.0) || !std::isfinite(fy)) throwBadValue("camera fy", fy, "it must be positive");
+  if (!std::isfinite(cx)) throwBadValue("camera cx", cx, "it must be finite");
+  if (!std::isfinite(cy)) throwBadValue("camera cy", cy, "it must be finite");
+  if (coefficients.size() > coefficientCount(model)) {
+    throwBadValue("number of distortion coefficients", coefficients.size(),
+                  "the lens model has " + std::to_string(coefficientCount(model)));
+  }
+  for (const double k : coefficients) {
+    if (!std::isfinite(k)) throwBadValue("distortion coefficient", k, "it must be finite");
+  }
+}
+
+Eigen::Vector2d CameraModel::undistort(const Eigen::Vector2d& raw) const {
+  if (model == LensModel::kNone) return raw;
+  const Eigen::Vector2d start = firstGuess(*this, {(raw.x() - cx) / fx, (raw.y() - cy) / fy});
+  return undistort(raw, {fx * start.x() + cx, fy * start.y() + cy});
+}
+
+Eigen::Vector2d CameraModel::undistort(const Eigen::Vector2d& raw, const Eigen::Vector2d& guess) const {
+  if (model == LensModel::kNone) return raw;
+  const Eigen::Vector2d bent((raw.x() - cx) / fx, (raw.y() - cy) / fy);
+  const Coefficients k = coefficientsOf(*this);
+  Eigen::Vector2d ideal((guess.x() - cx) / fx, (guess.y() - cy) / fy);
+  for (int step = 0; step < kMaxNewtonSteps; ++step) {
+    const BentBearing now = bend(model, k, ideal);
+    const Eigen::Vector2d error = now.bearing - bent;
+    const double determinant = now.jacobian.determinant();
+    if (!(std::abs(determinant) > 1e-9)) break;
+    const Eigen::Vector2d correction =
+        Eigen::Vector2d(now.jacobian(1, 1) * error.x() - now.jacobian(0, 1) * error.y(),
+                        now.jacobian(0, 0) * error.y() - now.jacobian(1, 0) * error.x()) /
+        determinant;
+    ideal -= correction;
+    // Newton's method squares the error: what is left after this step is far below a thousandth of a pixel.
+    if (!(correction.squaredNorm() > kNewtonTolerance)) break;
+  }
+  if (!ideal.allFinite()) ideal = bent;
+  return {fx * ideal.x() + cx, fy * ideal.y() + cy};
+}
+
+std::vector<Eigen::Vector2d> CameraModel::undistort(const std::vector<Eigen::Vector2d>& raw) const {
+  std::vector<Eigen::Vector2d> pixels(raw.size());
+  std::transform(raw.begin(), raw.end(), pixels.begin(), [&](const auto& point) { return undistort(point); });
+  return pixels;
+}
+
+Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& pixel) const {
+  if (model == LensModel::kNone) return pixel;
+  const Eigen::Vector2d bent =
+      bend(model, coefficientsOf(*this), {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}).bearing;
+  return {fx * bent.x() + cx, fy * bent.y() + cy};
+}
+
+DistortedPixel CameraModel::distortWithJacobian(const Eigen::Vector2d& pixel) const {
+  if (model == LensModel::kNone) return {pixel, Eigen::Matrix2d::Identity()};
+  BentBearing bent = bend(model, coefficientsOf(*this), {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy});
+  bent.jacobian(0, 1) *= fx / fy;
+  bent.jacobian(1, 0) *= fy / fx;
+  return {{fx * bent.bearing.x() + cx, fy * bent.bearing.y() + cy}, bent.jacobian};
+}
+
+CameraModel CameraModel::withLensChange(const LensChange& change) const {
+  CameraModel changed = *this;
+  if (changed.model == LensModel::kNone) changed.model = LensModel::kPlumbBob;
+  const std::size_t count = changed.model == LensModel::kEquidistant ? 2 : 4;
+  if (changed.coefficients.size() < count) changed.coefficients.resize(count, 0.0);
+  for (std::size_t i = 0; i < count; ++i) changed.coefficients[i] += change(static_cast<Eigen::Index>(i));
+  return changed;
+}
+
+}  // namespace ratslam

@@ -1,0 +1,187 @@
+#include "ratslam/common/parameter_map.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <boost/property_tree/ini_parser.hpp>
+#include <boost/property_tree/ptree.hpp>
+#include <cstdlib>
+#include <fstream>
+
+namespace ratslam {
+namespace {
+
+[[noreturn]] void throwWrongType(const std::string& key, const ParameterValue& value, const char* wanted) {
+  std::string shown = value.text;
+  if (value.is_list) shown = "[list of " + std::to_string(value.elements.size()) + "]";
+  throw std::invalid_argument(key + ": value '" + shown + "' is not " + wanted + " (from " + value.origin +
+                              ")");
+}
+
+bool parseDouble(const std::string& text, double& number) {
+  if (text.empty()) return false;
+  char* end = nullptr;
+  number = std::strtod(text.c_str(), &end);
+  return *end == '\0';
+}
+
+/// Names that OpenRatSLAM's users have for the same thing.
+std::string canonicalKey(const std::string& key) {
+  return key == "vt_patch_normalisation" ? "vt_patch_normalise" : key;
+}
+
+void requireReadable(const std::string& path) {
+  if (!std::ifstream(path)) throw std::runtime_error(path + ": cannot open this configuration file");
+}
+
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t above = row[j];
+      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0U : 1U)});
+      diagonal = above;
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+ParameterMap ParameterMap::fromYaml(const std::string& path) {
+  requireReadable(path);
+  ParameterMap map;
+  try {
+    const YAML::Node root = YAML::LoadFile(path);
+    if (root.IsNull()) return map;
+    if (!root.IsMap()) throw std::runtime_error(path + ": a configuration is a list of 'key: value' lines");
+    for (const auto& entry : root) {
+      const auto key = entry.first.as<std::string>();
+      ParameterValue value;
+      value.origin = path + ":" + std::to_string(entry.second.Mark().line + 1);
+      if (entry.second.IsScalar()) {
+        value.text = entry.second.Scalar();
+      } else if (entry.second.IsSequence()) {
+        value.is_list = true;
+        for (const auto& element : entry.second) value.elements.push_back(element.as<std::string>());
+      } else {
+        throw std::runtime_error(value.origin + ": " + key + ": neither a value nor a list of values");
+      }
+      map.set(key, std::move(value));
+    }
+  } catch (const YAML::Exception& error) {
+    throw std::runtime_error(path + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg);
+  }
+  return map;
+}
+
+ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::string>* ignored) {
+  requireReadable(path);
+  boost::property_tree::ptree tree;
+  try {
+    boost::property_tree::read_ini(path, tree);
+  } catch (const boost::property_tree::ini_parser_error& error) {
+    throw std::runtime_error(path + ":" + std::to_string(error.line()) + ": " + error.message());
+  }
+  ParameterMap map;
+  for (const auto& section : tree) {
+    if (section.first == "draw") {
+      if (ignored != nullptr) ignored->push_back("[draw]");
+      continue;
+    }
+    if (section.first != "general" && section.first != "ratslam" && section.first != "visual_odometry") {
+      throw std::runtime_error(path + ": section [" + section.first +
+                               "] is none of [general], [ratslam], [visual_odometry], [draw]");
+    }
+    for (const auto& entry : section.second) {
+      ParameterValue value;
+      value.text = entry.second.data();
+      value.origin = path + " [" + section.first + "]";
+      map.set(entry.first, std::move(value));
+    }
+  }
+  return map;
+}
+
+ParameterMap ParameterMap::fromFile(const std::string& path, std::vector<std::string>* ignored) {
+  const auto ends_with = [&path](const std::string& ending) {
+    return path.size() >= ending.size() &&
+           path.compare(path.size() - ending.size(), ending.size(), ending) == 0;
+  };
+  return ends_with(".txt") || ends_with(".ini") ? fromIni(path, ignored) : fromYaml(path);
+}
+
+void ParameterMap::set(const std::string& key, ParameterValue value) {
+  values_[canonicalKey(key)] = std::move(value);
+}
+
+void ParameterMap::setFromAssignment(const std::string& assignment) {
+  const auto equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw std::invalid_argument("'" + assignment + "' is not of the form key=value");
+  }
+  ParameterValue value;
+  value.text = assignment.substr(equals + 1);
+  value.origin = "the command line";
+  set(assignment.substr(0, equals), std::move(value));
+}
+
+void ParameterMap::rejectUnknown(const std::set<std::string>& known) const {
+  for (const auto& [key, value] : values_) {
+    if (known.count(key) != 0) continue;
+    std::string message = key + ": no parameter has this name (from " + value.origin + ")";
+    const auto nearest = std::min_element(
+        known.begin(), known.end(),
+        [&key = key](const auto& a, const auto& b) { return editDistance(key, a) < editDistance(key, b); });
+    if (nearest != known.end() && editDistance(key, *nearest) <= std::max<std::size_t>(2, key.size() / 3)) {
+      message += "; did you mean " + *nearest + "?";
+    }
+    throw std::invalid_argument(message);
+  }
+}
+
+void ParameterMap::convert(const std::string& key, const ParameterValue& value, bool& field) {
+  if (value.text == "true" || value.text == "1") {
+    field = true;
+  } else if (value.text == "false" || value.text == "0") {
+    field = false;
+  } else {
+    throwWrongType(key, value, "true or false");
+  }
+}
+
+void ParameterMap::convert(const std::string& key, const ParameterValue& value, int& field) {
+  double number = 0.0;
+  if (value.is_list || !parseDouble(value.text, number) || number != std::floor(number) ||
+      std::abs(number) > 2147483647.0) {
+    throwWrongType(key, value, "a whole number");
+  }
+  field = static_cast<int>(number);
+}
+
+void ParameterMap::convert(const std::string& key, const ParameterValue& value, double& field) {
+  double number = 0.0;
+  if (value.is_list || !parseDouble(value.text, number)) throwWrongType(key, value, "a number");
+  field = number;
+}
+
+void ParameterMap::convert(const std::string& key, const ParameterValue& value, std::string& field) {
+  if (value.is_list) throwWrongType(key, value, "a single word or text");
+  field = value.text;
+}
+
+void ParameterMap::convert(const std::string& key, const ParameterValue& value, std::vector<double>& field) {
+  if (!value.is_list) throwWrongType(key, value, "a list of numbers such as [1.0, 2.0]");
+  std::vector<double> numbers;
+  for (const std::string& element : value.elements) {
+    double number = 0.0;
+    if (!parseDouble(element, number)) throwWrongType(key, value, "a list of numbers such as [1.0, 2.0]");
+    numbers.push_back(number);
+  }
+  field = std::move(numbers);
+}
+
+}  // namespace ratslam

@@ -1,0 +1,111 @@
+#include "ratslam/experience_map/solver/pose_graph.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace ratslam {
+namespace {
+
+/// Displacement from one node to the other in the axes of the first, and the scale at which it is measured.
+struct Displacement {
+  double cos, sin;  ///< of the facing of the first
+  double x, y;
+  double scale;
+};
+
+Displacement displacement(const Constraint& constraint, const MapPose& from, const MapPose& to) {
+  Displacement d{};
+  d.cos = std::cos(from.yaw);
+  d.sin = std::sin(from.yaw);
+  const double dx = to.x - from.x;
+  const double dy = to.y - from.y;
+  d.x = d.cos * dx + d.sin * dy;
+  d.y = -d.sin * dx + d.cos * dy;
+  d.scale = constraint.recall ? 1.0 : from.scale();
+  return d;
+}
+
+Residual residualOf(const Constraint& constraint, const Displacement& d, const MapPose& from,
+                    const MapPose& to) {
+  const RelativePose& m = constraint.measured;
+  const Eigen::Matrix2d& w = constraint.xy_weight;
+  const double ex = d.x - d.scale * m.x;
+  const double ey = d.y - d.scale * m.y;
+  Residual r;
+  r[0] = w(0, 0) * ex + w(0, 1) * ey;
+  r[1] = w(1, 0) * ex + w(1, 1) * ey;
+  r[2] = constraint.yaw_weight * wrapAngle(to.yaw - from.yaw - m.yaw);
+  r[3] = constraint.recall ? 0.0 : constraint.scale_weight * (to.log_scale - from.log_scale);
+  r[4] = constraint.z_weight * (to.z - from.z - d.scale * m.z);
+  return r;
+}
+
+}  // namespace
+
+std::uint32_t PoseGraph::addNode(const MapPose& pose) {
+  nodes_.push_back(pose);
+  return static_cast<std::uint32_t>(nodes_.size() - 1);
+}
+
+void PoseGraph::addConstraint(const Constraint& constraint) {
+  if (constraint.from >= nodes_.size() || constraint.to >= nodes_.size() ||
+      constraint.from == constraint.to) {
+    throw std::invalid_argument("constraint from node " + std::to_string(constraint.from) + " to " +
+                                std::to_string(constraint.to) + ": it must join two of the " +
+                                std::to_string(nodes_.size()) + " nodes");
+  }
+  constraints_.push_back(constraint);
+  if (constraint.recall) ++recalls_;
+}
+
+Residual PoseGraph::residual(const Constraint& constraint, const MapPose& from, const MapPose& to) {
+  return residualOf(constraint, displacement(constraint, from, to), from, to);
+}
+
+LinearisedConstraint PoseGraph::linearise(const Constraint& constraint, const MapPose& from,
+                                          const MapPose& to) {
+  const Displacement d = displacement(constraint, from, to);
+  LinearisedConstraint linear;
+  linear.residual = residualOf(constraint, d, from, to);
+  linear.by_from.setZero();
+  linear.by_to.setZero();
+
+  Eigen::Matrix2d to_axes;
+  to_axes << d.cos, d.sin, -d.sin, d.cos;
+  const Eigen::Matrix2d by_place = constraint.xy_weight * to_axes;
+  linear.by_to.topLeftCorner<2, 2>() = by_place;
+  linear.by_from.topLeftCorner<2, 2>() = -by_place;
+  linear.by_from.block<2, 1>(0, 2) = constraint.xy_weight * Eigen::Vector2d(d.y, -d.x);
+  linear.by_to(2, 2) = constraint.yaw_weight;
+  linear.by_from(2, 2) = -constraint.yaw_weight;
+  linear.by_to(4, 4) = constraint.z_weight;
+  linear.by_from(4, 4) = -constraint.z_weight;
+  if (!constraint.recall) {
+    const RelativePose& m = constraint.measured;
+    linear.by_from.block<2, 1>(0, 3) = constraint.xy_weight * Eigen::Vector2d(-d.scale * m.x, -d.scale * m.y);
+    linear.by_to(3, 3) = constraint.scale_weight;
+    linear.by_from(3, 3) = -constraint.scale_weight;
+    linear.by_from(4, 3) = -constraint.z_weight * d.scale * m.z;
+  }
+  return linear;
+}
+
+double PoseGraph::energy(const Constraint& constraint, double squared) const {
+  return constraint.recall ? kernel_ * kernel_ * std::log1p(squared / (kernel_ * kernel_)) : squared;
+}
+
+double PoseGraph::weight(const Constraint& constraint, double squared) const {
+  return constraint.recall ? 1.0 / (1.0 + squared / (kernel_ * kernel_)) : 1.0;
+}
+
+double PoseGraph::energy(const std::vector<MapPose>& nodes, std::size_t first, double sum) const {
+  for (std::size_t k = first; k < constraints_.size(); ++k) {
+    const Constraint& constraint = constraints_[k];
+    sum +=
+        energy(constraint, residual(constraint, nodes[constraint.from], nodes[constraint.to]).squaredNorm());
+  }
+  return sum;
+}
+
+}  // namespace ratslam

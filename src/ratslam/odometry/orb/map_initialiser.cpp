@@ -1,0 +1,109 @@
+#include "ratslam/odometry/orb/map_initialiser.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ratslam/vision/matching.h"
+#include "ratslam/vision/window_adjustment.h"
+
+namespace ratslam {
+namespace {
+
+constexpr double kSearchRadius = 90.0;  // [px]: what a point may move while a map starts
+constexpr int kAdjustmentRounds = 20;
+
+/// Matches of features of the reference in a frame, each the other's best.
+std::vector<std::pair<int, int>> matchFeatures(const Frame& reference, const Frame& frame) {
+  DescriptorSearch search;
+  search.radius = kSearchRadius;
+  search.max_distance = 50;
+  std::vector<std::pair<int, int>> pairs;
+  for (int i = 0; i < static_cast<int>(reference.features.size()); ++i) {
+    const Feature& feature = reference.features[static_cast<std::size_t>(i)];
+    if (feature.level > 3) continue;  // few and coarse above
+    const double scale = reference.pyramid.scale(feature.level);
+    const int there = searchNear(frame, reference.descriptor(i), feature.pixel, scale, search);
+    if (there < 0) continue;
+    const Feature& found = frame.features[static_cast<std::size_t>(there)];
+    const int back =
+        searchNear(reference, frame.descriptor(there), found.pixel, frame.pyramid.scale(found.level), search);
+    if (back == i) pairs.emplace_back(i, there);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& frame) {
+  if (!reference_) {
+    reference_ = frame;
+    return std::nullopt;
+  }
+  std::vector<std::pair<int, int>> pairs = matchFeatures(*reference_, *frame);
+  if (static_cast<int>(pairs.size()) < params_.min_points) {
+    reference_ = frame;
+    return std::nullopt;
+  }
+  // Sharpen the matches. Unaligned ones stay out: the first map has nothing to check them against.
+  std::vector<Eigen::Vector2d> first;
+  std::vector<Eigen::Vector2d> second;
+  std::size_t kept = 0;
+  for (const auto& [here, there] : pairs) {
+    const Feature& source = reference_->features[static_cast<std::size_t>(here)];
+    const Feature& target = frame->features[static_cast<std::size_t>(there)];
+    const double magnification = frame->pyramid.scale(target.level) / reference_->pyramid.scale(source.level);
+    const auto match = alignPatch({&reference_->pyramid, source.raw, source.level}, frame->pyramid,
+                                  target.raw, magnification * Eigen::Matrix2d::Identity(), AlignmentLimits{});
+    if (!match) continue;
+    pairs[kept++] = {here, there};
+    first.push_back(source.pixel);
+    second.push_back(camera_.undistort(match->raw));
+  }
+  pairs.resize(kept);
+  const auto motion = estimateTwoViewMotion(camera_, first, second, params_);
+  if (!motion) return std::nullopt;
+  return makeMap(frame, pairs, second, *motion);
+}
+
+std::optional<InitialMap> MapInitialiser::makeMap(const std::shared_ptr<Frame>& frame,
+                                                  const std::vector<std::pair<int, int>>& pairs,
+                                                  const std::vector<Eigen::Vector2d>& second,
+                                                  const TwoViewMotion& motion) const {
+  InitialMap initial{reference_, frame, LocalMap(map_keyframes_)};
+  Frame& reference = *initial.first;
+  reference.T_camera_world = RigidTransform{};
+  reference.observations.clear();
+  frame->T_camera_world = motion.T_second_first;
+  frame->observations.clear();
+  const KeyframeId first_id = initial.map.addKeyframe(initial.first, camera_).id;
+  std::vector<LandmarkObservation> later;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (!motion.points[i]) continue;
+    const Feature& feature = reference.features[static_cast<std::size_t>(pairs[i].first)];
+    const double sigma = reference.pyramid.scale(feature.level);
+    Landmark landmark;
+    landmark.position = *motion.points[i];
+    std::copy_n(reference.descriptor(pairs[i].first), landmark.descriptor.size(),
+                landmark.descriptor.begin());
+    landmark.reference = landmark.created = first_id;
+    landmark.reference_raw = feature.raw;
+    landmark.reference_level = feature.level;
+    landmark.visible = landmark.found = 1;
+    landmark.observations.push_back({first_id, feature.pixel, sigma, 0});
+    const LandmarkId id = initial.map.addLandmark(std::move(landmark));
+    reference.observations.push_back({id, feature.pixel, sigma, feature.level});
+    frame->observations.push_back({id, second[i], sigma, feature.level});
+  }
+  initial.map.addKeyframe(frame, camera_);
+
+  WindowParams window;
+  window.free_keyframes = 1;
+  window.max_iterations = kAdjustmentRounds;
+  adjustWindow(camera_, initial.map, window, RobustLoss{});
+  const double depth = initial.map.medianDepth(frame->T_camera_world);
+  if (!(depth > 0.0) || !std::isfinite(depth)) return std::nullopt;
+  initial.map.rescale(1.0 / depth, Eigen::Vector3d::Zero());
+  return initial;
+}
+
+}  // namespace ratslam

@@ -1,0 +1,107 @@
+#include "ratslam/odometry/orb/scale_keeper.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ratslam {
+namespace {
+
+constexpr std::size_t kToLock = 5;      // measurements that must agree when the target is known
+constexpr std::size_t kToLearn = 15;    // the same when they make the target
+constexpr double kAgreement = 0.08;     // their median absolute deviation [log height]
+constexpr double kNormalGain = 0.02;    // of the slow average of the road's normal
+constexpr double kLowestHeight = 0.02;  // searched, in median depths of the landmarks
+constexpr double kHighestHeight = 0.5;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Earlier keyframes that see the same road from far enough: the nearest with at least each of two baselines.
+std::vector<const Frame*> earlierViews(const LocalMap& map, double short_baseline, double long_baseline) {
+  const auto& keyframes = map.keyframes();
+  const Eigen::Vector3d here = keyframes.back().frame->centre();
+  std::vector<const Frame*> views;
+  double wanted = short_baseline;
+  for (std::size_t i = keyframes.size() - 1; i-- > 0 && views.size() < 2;) {
+    const double baseline = (keyframes[i].frame->centre() - here).norm();
+    if (baseline > 2.0 * long_baseline) break;
+    if (baseline < wanted) continue;
+    views.push_back(keyframes[i].frame.get());
+    wanted = std::max(long_baseline, 1.2 * baseline);
+  }
+  return views;
+}
+
+}  // namespace
+
+ScaleKeeper::ScaleKeeper(const ScaleParams& params, const Eigen::Vector3d& normal)
+    : params_(params), normal_(normal.normalized()) {
+  if (params.camera_height > 0.0) target_ = params.camera_height;
+}
+
+std::optional<double> ScaleKeeper::scaleOfNewMap(const CameraModel& camera, const LocalMap& map) {
+  locked_ = false;
+  pending_.clear();
+  if (!target_ || map.keyframes().size() < 2) return std::nullopt;
+  const Frame& now = *map.keyframes().back().frame;
+  const double depth = map.medianDepth(now.T_camera_world);
+  const Frame* first = map.keyframes().front().frame.get();
+  const auto road =
+      searchRoad(camera, now, {first}, normal_, kLowestHeight * depth, kHighestHeight * depth, road_);
+  if (!road) return std::nullopt;
+  last_ = road;
+  return *target_ / road->plane.height;
+}
+
+std::optional<double> ScaleKeeper::update(const CameraModel& camera, const LocalMap& map) {
+  if (map.keyframes().size() < 2) return std::nullopt;
+  const Frame& now = *map.keyframes().back().frame;
+  last_.reset();
+  if (!locked_) {
+    const double depth = map.medianDepth(now.T_camera_world);
+    last_ = searchRoad(camera, now, earlierViews(map, 0.02 * depth, 0.06 * depth), normal_,
+                       kLowestHeight * depth, kHighestHeight * depth, road_);
+    return last_ ? lock(std::log(last_->plane.height)) : std::nullopt;
+  }
+  last_ =
+      measureRoad(camera, now, earlierViews(map, 0.3 * *target_, 0.9 * *target_), {normal_, *target_}, road_);
+  return last_ ? filter(*last_) : std::nullopt;
+}
+
+std::optional<double> ScaleKeeper::lock(double log_height) {
+  const std::size_t needed = target_ ? kToLock : kToLearn;
+  pending_.push_back(log_height);
+  if (pending_.size() < needed) return std::nullopt;
+  if (pending_.size() > needed) pending_.pop_front();
+  const double middle = median({pending_.begin(), pending_.end()});
+  std::vector<double> deviations;
+  for (const double value : pending_) deviations.push_back(std::abs(value - middle));
+  if (median(deviations) > kAgreement) return std::nullopt;
+  locked_ = true;
+  rejections_ = 0;
+  pending_.clear();
+  variance_ = params_.road_sigma * params_.road_sigma / 2.0;
+  if (!target_) target_ = std::exp(middle);
+  return *target_ / std::exp(middle);
+}
+
+std::optional<double> ScaleKeeper::filter(const RoadMeasurement& measurement) {
+  variance_ += params_.drift_sigma * params_.drift_sigma;
+  const double innovation = std::log(*target_ / measurement.plane.height);
+  const double noise =
+      measurement.sigma_log * measurement.sigma_log + params_.road_sigma * params_.road_sigma;
+  if (innovation * innovation > params_.gate * (variance_ + noise)) {
+    if (++rejections_ >= params_.rejections_to_doubt) locked_ = false;
+    return std::nullopt;
+  }
+  rejections_ = 0;
+  const double gain = variance_ / (variance_ + params_.correlated * noise);
+  variance_ *= 1.0 - gain;
+  normal_ = (normal_ + kNormalGain * (measurement.plane.normal - normal_)).normalized();
+  return std::exp(gain * innovation);
+}
+
+}  // namespace ratslam

@@ -1,0 +1,19 @@
+#include "row_kernels_levels.h"
+
+#if defined(__x86_64__)
+#pragma GCC push_options
+#pragma GCC target("avx2")
+
+#define RATSLAM_SIMD_LANES 4
+
+namespace ratslam {
+namespace {
+#include "row_kernels_body.h"
+}  // namespace
+
+const RowKernels& rowKernelsAvx2() { return kKernels; }
+
+}  // namespace ratslam
+
+#pragma GCC pop_options
+#endif

@@ -1,0 +1,85 @@
+#include "ratslam/system/map_stage.h"
+
+#include <algorithm>
+
+#include "ratslam/common/angles.h"
+
+namespace ratslam {
+
+MapStage::MapStage(const ExperienceMapParams& params, bool wait_for_geometry)
+    : map_(params), wait_for_geometry_(wait_for_geometry), gate_(params.exp_height) {}
+
+bool MapStage::addDecision(const TopologicalAction& action) {
+  const bool forward = gate_.addEvent(action);
+  if (!forward) started_ = false;  // the map's clock is set anew: no motion, no time across the jump
+  return forward;
+}
+
+std::vector<Stamp> MapStage::drain() {
+  std::vector<Stamp> processed;
+  while (const TopologicalAction* next = gate_.ready()) {
+    if (wait_for_geometry_ && geometry_.count(next->stamp) == 0) break;
+    const TopologicalAction action = *next;
+    gate_.pop();
+    process(action);
+    processed.push_back(action.stamp);
+  }
+  return processed;
+}
+
+std::vector<Stamp> MapStage::drainWithoutWaiting() {
+  std::vector<Stamp> processed;
+  while (const TopologicalAction* next = gate_.waiting()) {
+    const TopologicalAction action = *next;
+    gate_.pop();
+    process(action);
+    processed.push_back(action.stamp);
+  }
+  return processed;
+}
+
+void MapStage::process(const TopologicalAction& action) {
+  if (!started_) {
+    const Stamp start = gate_.clockStart().value_or(action.stamp);
+    map_.start(start);
+    way_.assign(1, Waypoint{start, way_.empty() ? Eigen::Vector3d(0, 0, 0) : way_.back().place});
+    started_ = true;
+  }
+  for (const TimedStep& timed : gate_.motionUntil(action.stamp)) {
+    map_.integrate(timed.end, timed.step);
+    if (wait_for_geometry_) {
+      way_yaw_ = wrapAngle(way_yaw_ + timed.step.rotation);
+      const Eigen::Vector3d moved(timed.step.forward, timed.step.left, timed.step.up);
+      way_.push_back(
+          {timed.end, way_.back().place + Eigen::AngleAxisd(way_yaw_, Eigen::Vector3d::UnitZ()) * moved});
+    }
+  }
+  const std::optional<RecallGeometry> geometry = takeGeometry(action.stamp);
+  if (action.kind != ActionKind::kNone) map_.apply(action, geometry ? &*geometry : nullptr);
+}
+
+std::optional<RecallGeometry> MapStage::takeGeometry(Stamp stamp) {
+  const auto found = geometry_.find(stamp);
+  if (found == geometry_.end()) return std::nullopt;
+  RecallGeometry geometry = found->second;
+  geometry_.erase(geometry_.begin(), std::next(found));
+  if (geometry.inliers <= 0) return std::nullopt;
+  const auto from = odometryAt(geometry.companion_stamp);
+  const auto to = odometryAt(geometry.template_stamp);
+  if (geometry.distance_ratio >= 0.0 && from && to) {
+    const double way = (*to - *from).norm();
+    geometry.distance = geometry.distance_ratio * way;
+    geometry.sigma_distance = geometry.sigma_ratio * way;
+  }
+  return geometry;
+}
+
+std::optional<Eigen::Vector3d> MapStage::odometryAt(Stamp stamp) const {
+  const auto found =
+      std::lower_bound(way_.begin(), way_.end(), stamp,
+                       [](const Waypoint& waypoint, Stamp wanted) { return waypoint.stamp < wanted; });
+  if (found == way_.end() || found->stamp != stamp) return std::nullopt;
+  return found->place;
+}
+
+}  // namespace ratslam

@@ -1,0 +1,70 @@
+#include "ratslam/system/pose_cell_snapshots.h"
+
+#include <fstream>
+#include <stdexcept>
+
+#include "ratslam/dataset/csv.h"
+#include "ratslam/dataset/trajectory_io.h"
+
+namespace ratslam {
+
+SnapshotMoments SnapshotMoments::evenly(std::size_t count, std::size_t decisions) {
+  SnapshotMoments moments;
+  for (std::size_t i = 1; i <= count; ++i) {
+    const std::size_t passed = i * decisions / count;
+    if (passed > 0) moments.numbers.push_back(passed - 1);
+  }
+  return moments;
+}
+
+SnapshotMoments SnapshotMoments::fromTimes(const std::string& text) {
+  SnapshotMoments moments;
+  for (const std::string& word : splitCsv(text)) {
+    double time = 0.0;
+    if (!parseNumber(word, time) || time < 0.0 || (!moments.times.empty() && time <= moments.times.back())) {
+      throwBadValue("pose-cells-at", text, "it must be rising times in seconds with commas between: 10,20.5");
+    }
+    moments.times.push_back(time);
+  }
+  return moments;
+}
+
+bool PoseCellSnapshots::momentPasses(Stamp stamp) {
+  if (decisions_ == 0) start_ = stamp;
+  const std::size_t number = decisions_++;
+  const std::size_t before = next_;
+  while (next_ < moments_.times.size() && secondsBetween(start_, stamp) >= moments_.times[next_]) ++next_;
+  while (next_ < moments_.numbers.size() && number >= moments_.numbers[next_]) ++next_;
+  return next_ > before;
+}
+
+void PoseCellSnapshots::follow(const Pipeline::Progress& progress, const PoseCells& cells) {
+  bool due = false;
+  for (const PoseCellDecision& decision : progress.decisions) {
+    if (momentPasses(decision.view.stamp)) due = true;
+  }
+  if (due) snapshots_.push_back({progress.decisions.back().view.stamp, cells.activity()});
+}
+
+void PoseCellSnapshots::write(const std::string& path) const {
+  constexpr double kLeast = 1e-6;
+  std::ofstream file(path);
+  file << "stamp,layer,row,column,activity\n";
+  for (const Snapshot& snapshot : snapshots_) {
+    const ActivityGrid& activity = snapshot.activity;
+    for (int layer = 0; layer < activity.nTh(); ++layer) {
+      for (int row = 0; row < activity.nXy(); ++row) {
+        for (int column = 0; column < activity.nXy(); ++column) {
+          const double value = activity.at({column, row, layer});
+          if (value < kLeast) continue;
+          file << formatStamp(snapshot.stamp) << ',' << layer << ',' << row << ',' << column << ',' << value
+               << '\n';
+        }
+      }
+    }
+  }
+  file.flush();
+  if (!file) throw std::runtime_error(path + ": cannot write the pose cells' activity");
+}
+
+}  // namespace ratslam

@@ -1,0 +1,41 @@
+#include "ratslam/system/pose_cell_stage.h"
+
+namespace ratslam {
+
+std::vector<PoseCellDecision> PoseCellStage::drain() {
+  std::vector<PoseCellDecision> decisions;
+  while (const ViewEvent* view = gate_.ready()) {
+    decisions.push_back(process(*view));
+    gate_.pop();
+  }
+  return decisions;
+}
+
+std::vector<PoseCellDecision> PoseCellStage::drainWithoutOdometry() {
+  std::vector<PoseCellDecision> decisions;
+  while (const ViewEvent* view = gate_.waiting()) {
+    decisions.push_back(process(*view));
+    gate_.pop();
+  }
+  return decisions;
+}
+
+PoseCellDecision PoseCellStage::process(const ViewEvent& view) {
+  double distance = 0.0;
+  double rotation = 0.0;
+  const auto steps = gate_.motionUntil(view.stamp);
+  for (const TimedStep& timed : steps) {
+    distance += timed.step.forward;
+    rotation += timed.step.rotation;
+  }
+  if (!steps.empty()) cells_.integrate(distance, rotation);
+  cells_.activate(view);
+  PoseCellDecision decision;
+  decision.view = view;
+  decision.action.stamp = view.stamp;
+  if (!steps.empty()) decision.action = cells_.decide();
+  decision.estimate = cells_.estimate();
+  return decision;
+}
+
+}  // namespace ratslam

@@ -1,0 +1,107 @@
+#include "ratslam/vision/matching.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace ratslam {
+namespace {
+
+constexpr double kMargin = 8.0;             // from the image's edge [px]
+constexpr double kMostMagnification = 5.0;  // between the reference view and the present one
+constexpr double kLevelTolerance = 1.5;  // of a feature's scale against the predicted one: two levels of 1.2
+
+const FeatureKernels& kernels = featureKernels();
+
+}  // namespace
+
+int hammingDistance(const std::uint8_t* a, const std::uint8_t* b) { return kernels.hammingDistance(a, b); }
+
+Eigen::Matrix2d predictWarp(const CameraModel& camera, const Eigen::Vector2d& pixel, double depth,
+                            const RigidTransform& T_target_source) {
+  const Eigen::Vector3d x = T_target_source * (depth * camera.bearing(pixel));
+  const double inverse = 1.0 / x.z();
+  Eigen::Matrix<double, 2, 3> projection;
+  projection << camera.fx * inverse, 0.0, -camera.fx * x.x() * inverse * inverse,  //
+      0.0, camera.fy * inverse, -camera.fy * x.y() * inverse * inverse;
+  const Eigen::Matrix3d rotation = T_target_source.rotation.toRotationMatrix();
+  Eigen::Matrix2d warp = projection * rotation.leftCols<2>() * depth;
+  warp.col(0) /= camera.fx;
+  warp.col(1) /= camera.fy;
+  return warp;
+}
+
+std::optional<ProjectedLandmark> projectLandmark(const CameraModel& camera, const LocalMap& map,
+                                                 std::size_t index, const RigidTransform& T_camera_world) {
+  const Landmark& landmark = map.landmarks()[index];
+  const Eigen::Vector3d x = T_camera_world * landmark.position;
+  if (!(x.z() > 0.0)) return std::nullopt;
+  const Eigen::Vector2d pixel = camera.project(x);
+  const Eigen::Vector2d raw = camera.distort(pixel);
+  if (!(raw.x() >= kMargin) || !(raw.y() >= kMargin) || !(raw.x() < camera.width - kMargin) ||
+      !(raw.y() < camera.height - kMargin)) {
+    return std::nullopt;
+  }
+  const Frame& reference = *map.keyframe(landmark.reference)->frame;
+  const Eigen::Vector3d x_reference = reference.T_camera_world * landmark.position;
+  if (!(x_reference.z() > 0.0)) return std::nullopt;
+
+  ProjectedLandmark projected;
+  projected.index = index;
+  projected.pixel = pixel;
+  projected.warp = predictWarp(camera, camera.project(x_reference), x_reference.z(),
+                               T_camera_world * reference.T_camera_world.inverse());
+  const double determinant = projected.warp.determinant();
+  if (!(determinant > 1.0 / (kMostMagnification * kMostMagnification)) ||
+      !(determinant < kMostMagnification * kMostMagnification)) {
+    return std::nullopt;
+  }
+  projected.scale = reference.pyramid.scale(landmark.reference_level) * std::sqrt(determinant);
+  return projected;
+}
+
+int searchNear(const Frame& frame, const std::uint8_t* descriptor, const Eigen::Vector2d& pixel, double scale,
+               const DescriptorSearch& search) {
+  const double radius = search.radius * scale;
+  int best = search.max_distance + 1;
+  int second = 256;
+  int best_feature = -1;
+  Eigen::Vector2d best_pixel = Eigen::Vector2d::Zero();
+  frame.grid.forEachNear(pixel, radius, [&](const PointGrid::Point& point) {
+    if ((point.pixel - pixel).squaredNorm() > radius * radius) return;
+    const double level_scale = frame.pyramid.scale(point.level);
+    if (level_scale > kLevelTolerance * scale || scale > kLevelTolerance * level_scale) return;
+    const int distance = hammingDistance(descriptor, frame.descriptor(point.feature));
+    // The same corner found again at the next level is no rival.
+    const bool rival = best_feature >= 0 && (best_pixel - point.pixel).squaredNorm() > 9.0 * scale * scale;
+    if (distance < best) {
+      if (rival) second = best;
+      best = distance;
+      best_feature = point.feature;
+      best_pixel = point.pixel;
+    } else if (distance < second && (rival || best_feature < 0)) {
+      second = distance;
+    }
+  });
+  if (best_feature < 0 || best > search.max_ratio * second) return -1;
+  return best_feature;
+}
+
+std::optional<Observation> alignLandmark(const CameraModel& camera, const LocalMap& map,
+                                         const ProjectedLandmark& projected, const Frame& frame,
+                                         const Eigen::Vector2d& start, const AlignmentLimits& limits) {
+  const Landmark& landmark = map.landmarks()[projected.index];
+  const Frame& reference = *map.keyframe(landmark.reference)->frame;
+  const DistortedPixel raw_start = camera.distortWithJacobian(start);
+  Eigen::Matrix2d warp = projected.warp;
+  if (camera.model != LensModel::kNone) {
+    const Eigen::Vector2d reference_pixel = camera.project(reference.T_camera_world * landmark.position);
+    warp = raw_start.jacobian * warp * camera.distortWithJacobian(reference_pixel).jacobian.inverse();
+  }
+  const PatchSource source{&reference.pyramid, landmark.reference_raw, landmark.reference_level};
+  const auto match = alignPatch(source, frame.pyramid, raw_start.raw, warp, limits);
+  if (!match) return std::nullopt;
+  return Observation{landmark.id, camera.undistort(match->raw), frame.pyramid.scale(match->level),
+                     match->level};
+}
+
+}  // namespace ratslam

@@ -1,0 +1,148 @@
+#include "ratslam_ros/nodes/map_node.h"
+
+#include "ratslam_ros/support/conversions.h"
+#include "ratslam_ros/support/trajectory_files.h"
+
+namespace ratslam {
+
+MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
+    : handle_(handle),
+      params_(readParams<NodeParams>(parameters)),
+      verifies_(readParams<RecallGeometryParams>(parameters).verifies()),
+      stage_(readParams<ExperienceMapParams>(parameters), verifies_),
+      publisher_(handle_, params_, readParams<ExperienceMapParams>(parameters).exp_scale),
+      odometry_(handle, topicName(params_.topic_root, "odom"),
+                [this](const OdometrySample& sample) {
+                  odometry_frame_.add(sample);
+                  const SampleVerdict verdict = stage_.addOdometry(sample);
+                  drain(true);
+                  return verdict;
+                }),
+      decisions_watch_(handle.resolveName(topicName(params_.topic_root, "PoseCell/TopologicalAction")),
+                       "ratslam_ros/TopologicalAction"),
+      source_(params_.decision_source,
+              [topic = handle.resolveName(topicName(params_.topic_root, "PoseCell/State"))] {
+                return isPublished(topic);
+              }),
+      silence_(params_.sync_timeout) {
+  subscribe();
+  write_service_ = handle_.advertiseService<std_srvs::Trigger::Request, std_srvs::Trigger::Response>(
+      topicName(params_.topic_root, "ExperienceMap/WriteTrajectories"),
+      [this](std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+        return onWriteTrajectories(response);
+      });
+  watch_timer_ =
+      handle_.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
+}
+
+void MapNode::subscribe() {
+  const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
+  odometry_.start();
+  decisions_watch_.start();
+  subscribers_.push_back(handle_.subscribe<ratslam_ros::PoseCellState>(
+      topic("PoseCell/State"), 0, [this](const ratslam_ros::PoseCellStateConstPtr& message) {
+        if (source_.takesState()) onDecision(*message);
+      }));
+  subscribers_.push_back(handle_.subscribe<ratslam_ros::TopologicalAction>(
+      decisions_watch_.topic(), 0, [this](const ratslam_ros::TopologicalActionConstPtr& message) {
+        if (source_.takesAction()) onDecision(*message);
+      }));
+  if (verifies_) {
+    subscribers_.push_back(handle_.subscribe<ratslam_ros::RecallGeometry>(
+        topic("LocalView/RecallGeometry"), 0, [this](const ratslam_ros::RecallGeometryConstPtr& message) {
+          stage_.addGeometry(geometryFromMessage(*message));
+          drain(true);
+        }));
+  }
+  subscribers_.push_back(handle_.subscribe<geometry_msgs::PoseStamped>(
+      topic("ExperienceMap/SetGoalPose"), 1,
+      [this](const geometry_msgs::PoseStampedConstPtr& message) { onGoal(*message); }));
+}
+
+template <class Message>
+void MapNode::onDecision(const Message& message) {
+  decisions_watch_.messageArrived();
+  try {
+    if (!stage_.addDecision(actionFromMessage(message))) {
+      time_went_back_.report("time went back in the decisions of the pose cells: their stream starts anew");
+    }
+  } catch (const std::runtime_error& e) {
+    bad_decision_.report(std::string("decision of the pose cells dropped: ") + e.what());
+  }
+  drain(true);
+}
+
+void MapNode::drain(bool wait) {
+  for (bool done = false; !done;) {
+    try {
+      const std::vector<Stamp> processed = wait ? stage_.drain() : stage_.drainWithoutWaiting();
+      if (wait && !processed.empty()) silence_.messageArrived();
+      publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
+      done = true;
+    } catch (const std::invalid_argument& e) {  // that decision is gone, what waits behind it is not
+      bad_decision_.report(std::string("decision of the pose cells dropped: ") + e.what());
+    }
+  }
+  publisher_.publishMapIfDue(stage_.map());
+  reportGoal();
+}
+
+void MapNode::watch() {
+  odometry_.watch().warnIfItNeverCame();
+  decisions_watch_.warnIfItNeverCame();
+  publisher_.publishMapIfDue(stage_.map());
+  if (!silence_.expired(stage_.waitingDecisions() > 0)) return;
+  went_on_without_.report(odometry_.watch().topic() + (verifies_ ? " or LocalView/RecallGeometry" : "") +
+                          " is silent: decisions are processed without it");
+  drain(false);
+}
+
+void MapNode::onGoal(const geometry_msgs::PoseStamped& goal) {
+  if (!goal.header.frame_id.empty() && goal.header.frame_id != params_.map_frame) {
+    ROS_ERROR("goal refused: it is given in frame '%s', not in '%s'", goal.header.frame_id.c_str(),
+              params_.map_frame.c_str());
+    return;
+  }
+  goal_status_ = GoalStatus::kNone;
+  stage_.map().setGoal(goal.pose.position.x, goal.pose.position.y);
+  reportGoal();
+}
+
+void MapNode::reportGoal() {
+  const Goal& goal = stage_.map().goal();
+  if (goal.status == GoalStatus::kNone || (goal.status == goal_status_ && goal.status != GoalStatus::kActive))
+    return;
+  if (goal.status != goal_status_) {
+    if (goal.status == GoalStatus::kFailed) ROS_ERROR("goal failed: %s", goal.message.c_str());
+    if (goal.status == GoalStatus::kReached) ROS_INFO("goal reached");
+    if (goal.status == GoalStatus::kActive) {
+      ROS_INFO("heading for experience %u, %.2f m from the goal", goal.experience, goal.distance);
+    }
+  }
+  goal_status_ = goal.status;
+  publisher_.publishPath(stage_.map());
+}
+
+bool MapNode::onWriteTrajectories(std_srvs::Trigger::Response& response) {
+  try {
+    if (params_.trajectory_file.empty()) throw std::runtime_error("the parameter trajectory_file is not set");
+    const TrajectoryFiles files =
+        writeTrajectories(stage_.map(), params_.trajectory_file, params_.trajectory_format);
+    response.success = 1;
+    response.message = files.online + ", " + files.final;
+  } catch (const std::exception& e) {
+    response.success = 0;
+    response.message = e.what();
+  }
+  return true;
+}
+
+void MapNode::finish() {
+  publisher_.publishMap(stage_.map());
+  if (params_.trajectory_file.empty()) return;
+  const TrajectoryFiles files =
+      writeTrajectories(stage_.map(), params_.trajectory_file, params_.trajectory_format);
+  ROS_INFO("trajectories written: %s, %s", files.online.c_str(), files.final.c_str());
+}
+
+}  // namespace ratslam

@@ -1,0 +1,84 @@
+#include "ratslam_ros/nodes/pose_cell_node.h"
+
+#include "ratslam/view/composite.h"
+#include "ratslam_ros/support/conversions.h"
+
+namespace ratslam {
+
+PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters)
+    : handle_(handle),
+      params_(readParams<NodeParams>(parameters)),
+      stage_(readParams<PoseCellParams>(parameters)),
+      action_publisher_(handle.advertise<ratslam_ros::TopologicalAction>(
+          topicName(params_.topic_root, "PoseCell/TopologicalAction"), 0)),
+      state_publisher_(
+          handle.advertise<ratslam_ros::PoseCellState>(topicName(params_.topic_root, "PoseCell/State"), 0)),
+      picture_(handle, topicName(params_.topic_root, "PoseCell/Activity")),
+      odometry_(handle, topicName(params_.topic_root, "odom"),
+                [this](const OdometrySample& sample) {
+                  odometry_timeout_.messageArrived();
+                  const SampleVerdict verdict = stage_.addOdometry(sample);
+                  publish(stage_.drain());
+                  return verdict;
+                }),
+      views_watch_(handle.resolveName(topicName(params_.topic_root, "LocalView/Template")),
+                   "ratslam_ros/ViewTemplate"),
+      odometry_timeout_(params_.sync_timeout) {
+  gate_.emplace(handle, std::vector<ros::Publisher>{state_publisher_, action_publisher_},
+                params_.wait_for_subscribers, [this] { start(); });
+  watch_timer_ =
+      handle.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
+}
+
+void PoseCellNode::start() {
+  odometry_.start();
+  views_watch_.start();
+  view_subscriber_ = handle_.subscribe<ratslam_ros::ViewTemplate>(
+      views_watch_.topic(), 0,
+      [this](const ratslam_ros::ViewTemplateConstPtr& message) { onView(*message); });
+}
+
+void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
+  views_watch_.messageArrived();
+  if (!stage_.addView(viewFromMessage(message))) {
+    time_went_back_.report(views_watch_.topic() + ": time went back, the stream starts anew");
+  }
+  publish(stage_.drain());
+}
+
+void PoseCellNode::watch() {
+  odometry_.watch().warnIfItNeverCame();
+  views_watch_.warnIfItNeverCame();
+  if (!odometry_timeout_.expired(stage_.waitingViews() > 0)) return;
+  went_on_without_.report(odometry_.watch().topic() + " is silent: views are processed without odometry");
+  publish(stage_.drainWithoutOdometry());
+}
+
+void PoseCellNode::publish(const std::vector<PoseCellDecision>& decisions) {
+  for (const PoseCellDecision& decision : decisions) {
+    ratslam_ros::PoseCellState state;
+    const ratslam_ros::TopologicalAction action = actionToMessage(decision.action);
+    state.header = action.header;
+    state.view_id = decision.view.id;
+    state.x = decision.estimate.x;
+    state.y = decision.estimate.y;
+    state.th = decision.estimate.th;
+    state.action = action.action;
+    state.src_id = action.src_id;
+    state.dest_id = action.dest_id;
+    state.relative_rad = action.relative_rad;
+    state_publisher_.publish(state);
+    if (decision.action.kind != ActionKind::kNone) action_publisher_.publish(action);
+    trail_.add(decision.estimate);
+  }
+  while (died_out_.count() < stage_.cells().reseeds()) {
+    died_out_.report("all activity of the pose cells died: they start again at the last best estimate");
+  }
+  if (decisions.empty()) return;
+  std_msgs::Header header;
+  header.stamp = stampToRos(decisions.back().view.stamp);
+  picture_.publish(header,
+                   [this] { return drawActivity(stage_.cells().activity(), trail_, activityPictureSize()); });
+}
+
+}  // namespace ratslam

@@ -1,0 +1,81 @@
+#include "ratslam_ros/support/calibrated_images.h"
+
+#include <limits>
+
+#include "ratslam_ros/support/camera_info.h"
+#include "ratslam_ros/support/node_parameters.h"
+
+namespace ratslam {
+namespace {
+
+const char kHowToCalibrate[] =
+    "; publish a calibration there, or set camera_fx, camera_fy, camera_cx, camera_cy, camera_width_px and "
+    "camera_height_px (and camera_distortion) in the configuration";
+
+}  // namespace
+
+CalibratedImages::CalibratedImages(const ros::NodeHandle& handle, const NodeParams& params,
+                                   const CameraParams& configured, CameraHandler on_camera,
+                                   ImageSubscriber::Handler on_image)
+    : handle_(handle),
+      most_waiting_(params.image_queue_size > 0 ? static_cast<std::size_t>(params.image_queue_size)
+                                                : std::numeric_limits<std::size_t>::max()),
+      configured_(configured.model()),
+      on_camera_(std::move(on_camera)),
+      on_image_(std::move(on_image)),
+      images_(handle, params, topicName(params.topic_root, "camera/image"),
+              [this](const std_msgs::Header& header, const cv::Mat& image) { onImage(header, image); }),
+      camera_info_watch_(handle.resolveName(topicName(params.topic_root, "camera/camera_info")),
+                         "sensor_msgs/CameraInfo") {}
+
+void CalibratedImages::start() {
+  if (on_camera_ && configured_) on_camera_(*configured_);
+  ready_ = !on_camera_ || configured_;
+  if (!ready_) {
+    camera_info_watch_.start();
+    camera_info_subscriber_ = handle_.subscribe<sensor_msgs::CameraInfo>(
+        camera_info_watch_.topic(), 10, [this](const sensor_msgs::CameraInfoConstPtr& message) {
+          camera_info_watch_.messageArrived();
+          if (!ready_) onCameraInfo(*message);
+        });
+  }
+  images_.start();
+}
+
+void CalibratedImages::onCameraInfo(const sensor_msgs::CameraInfo& message) {
+  try {
+    on_camera_(cameraFromMessage(message));
+  } catch (const std::invalid_argument& e) {
+    no_calibration_.report(camera_info_watch_.topic() + " holds no usable calibration: " + e.what() +
+                           kHowToCalibrate);
+    return;
+  }
+  ready_ = true;
+  for (; !waiting_.empty(); waiting_.pop_front()) {
+    try {
+      on_image_(waiting_.front().header, waiting_.front().image);
+    } catch (const std::exception& e) {
+      skipped_.report(topic() + ": image skipped: " + e.what());
+    }
+  }
+}
+
+void CalibratedImages::onImage(const std_msgs::Header& header, const cv::Mat& image) {
+  if (ready_) {
+    on_image_(header, image);
+    return;
+  }
+  if (waiting_.size() >= most_waiting_) waiting_.pop_front();
+  waiting_.push_back({header, image.clone()});  // the pixels may be the message's
+}
+
+void CalibratedImages::warnIfSomethingNeverCame() {
+  images_.watch().warnIfItNeverCame();
+  if (ready_ || waiting_.empty()) return;
+  camera_info_watch_.warnIfItNeverCame();
+  if (!camera_info_watch_.came()) {
+    no_calibration_.report("images wait for " + camera_info_watch_.topic() + kHowToCalibrate);
+  }
+}
+
+}  // namespace ratslam

@@ -1,0 +1,96 @@
+#include "ratslam_ros/support/map_messages.h"
+
+#include <cmath>
+
+#include "ratslam_ros/support/conversions.h"
+
+namespace ratslam {
+namespace {
+
+geometry_msgs::Point pointToMessage(const MapPose& pose) {
+  geometry_msgs::Point message;
+  message.x = pose.x;
+  message.y = pose.y;
+  message.z = pose.z;
+  return message;
+}
+
+std_msgs::ColorRGBA colour(float red, float green, float blue) {
+  std_msgs::ColorRGBA message;
+  message.r = red;
+  message.g = green;
+  message.b = blue;
+  message.a = 1.0F;
+  return message;
+}
+
+}  // namespace
+
+geometry_msgs::Pose poseToMessage(const MapPose& pose) {
+  geometry_msgs::Pose message;
+  message.position = pointToMessage(pose);
+  message.orientation = yawToMessage(pose.yaw);
+  return message;
+}
+
+ratslam_ros::TopologicalMap mapToMessage(const ExperienceGraph& graph, const std_msgs::Header& header) {
+  ratslam_ros::TopologicalMap message;
+  message.header = header;
+  message.node_count = static_cast<std::uint32_t>(graph.experiences().size());
+  message.node.resize(graph.experiences().size());
+  for (std::uint32_t id = 0; id < message.node_count; ++id) {
+    message.node[id].id = id;
+    message.node[id].pose = poseToMessage(graph.experiences()[id].pose);
+  }
+  message.edge_count = static_cast<std::uint32_t>(graph.links().size());
+  message.edge.resize(graph.links().size());
+  for (std::uint32_t id = 0; id < message.edge_count; ++id) {
+    const Link& link = graph.links()[id];
+    const double scale = graph.pose(link.from).scale();
+    ratslam_ros::TopologicalEdge& edge = message.edge[id];
+    edge.id = id;
+    edge.source_id = link.from;
+    edge.destination_id = link.to;
+    edge.duration = ros::Duration(link.duration_s);
+    edge.transform.translation.x = scale * link.distance * std::cos(link.heading_rad);
+    edge.transform.translation.y = scale * link.distance * std::sin(link.heading_rad);
+    edge.transform.translation.z = scale * link.rise;
+    edge.transform.rotation = yawToMessage(link.facing_rad);
+  }
+  return message;
+}
+
+visualization_msgs::Marker markerToMessage(const ExperienceGraph& graph, const std_msgs::Header& header,
+                                           double line_width) {
+  const std_msgs::ColorRGBA driven = colour(0.2F, 0.6F, 1.0F);
+  const std_msgs::ColorRGBA recalled = colour(1.0F, 0.35F, 0.1F);
+  visualization_msgs::Marker message;
+  message.header = header;
+  message.ns = "experience_map";
+  message.type = visualization_msgs::Marker::LINE_LIST;
+  message.action = visualization_msgs::Marker::ADD;
+  message.pose.orientation.w = 1.0;
+  message.scale.x = line_width;
+  message.color = driven;
+  message.points.reserve(2 * graph.links().size());
+  message.colors.reserve(2 * graph.links().size());
+  for (const Link& link : graph.links()) {
+    message.points.push_back(pointToMessage(graph.pose(link.from)));
+    message.points.push_back(pointToMessage(graph.pose(link.to)));
+    message.colors.insert(message.colors.end(), 2, link.recall ? recalled : driven);
+  }
+  return message;
+}
+
+nav_msgs::Path pathToMessage(const std::vector<MapPose>& poses, const std_msgs::Header& header) {
+  nav_msgs::Path message;
+  message.header = header;
+  message.poses.resize(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    message.poses[i].header = header;
+    message.poses[i].pose = poseToMessage(poses[i]);
+  }
+  return message;
+}
+
+}  // namespace ratslam

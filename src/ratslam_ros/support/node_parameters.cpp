@@ -1,0 +1,86 @@
+#include "ratslam_ros/support/node_parameters.h"
+
+#include <ros/console.h>
+#include <ros/names.h>
+#include <ros/param.h>
+
+#include <cstdio>
+#include <stdexcept>
+#include <vector>
+
+#include "ratslam/system/pipeline.h"
+
+namespace ratslam {
+namespace {
+
+std::string scalarText(XmlRpc::XmlRpcValue& value, const std::string& origin) {
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      return static_cast<bool>(value) ? "true" : "false";
+    case XmlRpc::XmlRpcValue::TypeInt:
+      return std::to_string(static_cast<int>(value));
+    case XmlRpc::XmlRpcValue::TypeDouble: {
+      char text[32];
+      std::snprintf(text, sizeof(text), "%.17g", static_cast<double>(value));
+      return text;
+    }
+    case XmlRpc::XmlRpcValue::TypeString:
+      return static_cast<std::string>(value);
+    default:
+      throw std::invalid_argument(origin + ": a number, text, boolean or a list of these is expected");
+  }
+}
+
+}  // namespace
+
+ParameterMap parametersFromXmlRpc(XmlRpc::XmlRpcValue& dictionary, const std::string& ns) {
+  ParameterMap map;
+  for (auto& [key, value] : dictionary) {
+    ParameterValue parameter;
+    parameter.origin = ros::names::append(ns, key);
+    parameter.is_list = value.getType() == XmlRpc::XmlRpcValue::TypeArray;
+    if (parameter.is_list) {
+      for (int i = 0; i < value.size(); ++i)
+        parameter.elements.push_back(scalarText(value[i], parameter.origin));
+    } else {
+      parameter.text = scalarText(value, parameter.origin);
+    }
+    map.set(key, parameter);
+  }
+  return map;
+}
+
+std::set<std::string> systemKeys() {
+  std::set<std::string> keys = PipelineParams::knownKeys();
+  keys.merge(keysOf<NodeParams>());
+  return keys;
+}
+
+ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::NodeHandle& private_handle) {
+  if (argc > 2) throw std::invalid_argument("at most one argument, a configuration file, is expected");
+  ParameterMap map;
+  if (argc == 2) {
+    std::vector<std::string> ignored;
+    map = ParameterMap::fromFile(argv[1], &ignored);
+    for (const std::string& section : ignored)
+      ROS_INFO("%s: section %s is ignored", argv[1], section.c_str());
+  }
+  const std::string& ns = private_handle.getNamespace();
+  XmlRpc::XmlRpcValue dictionary;
+  if (ros::param::get(ns, dictionary) && dictionary.getType() == XmlRpc::XmlRpcValue::TypeStruct) {
+    const ParameterMap overriding = parametersFromXmlRpc(dictionary, ns);
+    for (const auto& [key, value] : overriding.values()) map.set(key, value);
+  }
+  map.rejectUnknown(systemKeys());
+  return map;
+}
+
+std::string topicName(const std::string& topic_root, const std::string& name) {
+  if (topic_root.empty()) return name;
+  std::string topic = ros::names::clean(topic_root + "/" + name);
+  std::string error;
+  if (!ros::names::validate(topic, error)) throwBadValue("topic_root", "'" + topic_root + "'", error);
+  return topic;
+}
+
+}  // namespace ratslam

@@ -1,0 +1,34 @@
+#include "ratslam_ros/support/node_params.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace ratslam {
+namespace {
+
+void requireOneOf(const std::string& key, const std::string& value, const std::vector<std::string>& allowed) {
+  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return;
+  std::string list;
+  for (const std::string& choice : allowed) list += (list.empty() ? "" : ", ") + choice;
+  throwBadValue(key, "'" + value + "'", "it must be one of " + list);
+}
+
+void requireFrame(const std::string& key, const std::string& value) {
+  if (value.empty() || value.front() == '/') {
+    throwBadValue(key, "'" + value + "'", "it must be the name of a tf2 frame, without a leading slash");
+  }
+}
+
+}  // namespace
+
+void NodeParams::validate() const {
+  checkBounds(*this);
+  requireOneOf("image_transport", image_transport, {"raw", "compressed"});
+  requireOneOf("decision_source", decision_source, {"auto", "state", "action"});
+  requireOneOf("trajectory_format", trajectory_format, {"tum", "kitti"});
+  requireFrame("map_frame", map_frame);
+  requireFrame("odom_frame", odom_frame);
+  requireFrame("base_frame", base_frame);
+}
+
+}  // namespace ratslam

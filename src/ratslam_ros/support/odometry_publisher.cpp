@@ -1,0 +1,45 @@
+#include "ratslam_ros/support/odometry_publisher.h"
+
+#include <nav_msgs/Odometry.h>
+
+#include "ratslam_ros/support/conversions.h"
+#include "ratslam_ros/support/node_parameters.h"
+
+namespace ratslam {
+
+OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params)
+    : params_(params),
+      publisher_(handle.advertise<nav_msgs::Odometry>(topicName(params.topic_root, "odom"), 0)) {}
+
+void OdometryPublisher::publish(const OdometrySample& sample, const Twist& twist,
+                                const TwistCovariance& covariance) {
+  const double dt = last_stamp_ ? std::max(0.0, secondsBetween(*last_stamp_, sample.stamp)) : 0.0;
+  const bool moved_on = !last_stamp_ || sample.stamp != *last_stamp_;
+  last_stamp_ = sample.stamp;
+  // First-order and per axis: how far the errors of the single steps may have carried the robot by now.
+  pose_covariance_ += dt * dt * covariance;
+
+  nav_msgs::Odometry message;
+  message.header.stamp = stampToRos(sample.stamp);
+  message.header.frame_id = params_.odom_frame;
+  message.child_frame_id = params_.base_frame;
+  message.pose.pose = poseToMessage(*sample.pose);
+  message.twist.twist.linear.x = sample.speed;
+  message.twist.twist.linear.y = twist(1);
+  message.twist.twist.linear.z = twist(2);
+  message.twist.twist.angular.x = twist(3);
+  message.twist.twist.angular.y = twist(4);
+  message.twist.twist.angular.z = sample.yaw_rate;
+  TwistCovariance::Map(message.twist.covariance.data()) = covariance;
+  TwistCovariance::Map(message.pose.covariance.data()) = pose_covariance_;
+  publisher_.publish(message);
+
+  if (!params_.publish_tf || !moved_on) return;
+  geometry_msgs::TransformStamped transform;
+  transform.header = message.header;
+  transform.child_frame_id = params_.base_frame;
+  transform.transform = transformToMessage(*sample.pose);
+  broadcaster_.sendTransform(transform);
+}
+
+}  // namespace ratslam

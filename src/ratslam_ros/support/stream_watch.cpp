@@ -1,0 +1,63 @@
+#include "ratslam_ros/support/stream_watch.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+
+namespace ratslam {
+namespace {
+
+constexpr double kPatience_s = 5.0;
+
+std::string lastPart(const std::string& name) { return name.substr(name.rfind('/') + 1); }
+
+}  // namespace
+
+bool isPublished(const std::string& topic) {
+  std::vector<ros::master::TopicInfo> published;
+  ros::master::getTopics(published);
+  return std::any_of(published.begin(), published.end(),
+                     [&topic](const ros::master::TopicInfo& candidate) { return candidate.name == topic; });
+}
+
+std::vector<std::string> similarTopics(const std::string& topic, const std::string& type,
+                                       const std::vector<ros::master::TopicInfo>& published) {
+  std::vector<std::string> similar;
+  for (const ros::master::TopicInfo& candidate : published) {
+    if (candidate.name == topic) continue;
+    if (candidate.datatype == type || lastPart(candidate.name) == lastPart(topic)) {
+      similar.push_back(candidate.name + " [" + candidate.datatype + "]");
+    }
+  }
+  return similar;
+}
+
+void StreamWatch::warnIfItNeverCame() {
+  if (warned_ || came_ || !started_ || ros::WallTime::now() - *started_ < ros::WallDuration(kPatience_s))
+    return;
+  warned_ = true;
+  std::vector<ros::master::TopicInfo> published;
+  ros::master::getTopics(published);
+  std::string hint;
+  for (const std::string& similar : similarTopics(topic_, type_, published)) {
+    hint += (hint.empty() ? "; published are " : ", ") + similar;
+  }
+  ROS_WARN("nothing has come on %s [%s] for %.0f s%s", topic_.c_str(), type_.c_str(), kPatience_s,
+           hint.empty() ? "; nobody publishes anything like it" : hint.c_str());
+}
+
+bool SyncTimeout::expired(bool something_waits) {
+  if (!something_waits) {
+    waiting_since_.reset();
+    return false;
+  }
+  if (given_up_) return true;
+  const Clocks now{ros::WallTime::now(), ros::Time::now()};
+  if (!waiting_since_) waiting_since_ = now;
+  const double waited =
+      std::min((now.wall - waiting_since_->wall).toSec(), (now.ros - waiting_since_->ros).toSec());
+  given_up_ = waited >= timeout_s_;
+  return given_up_;
+}
+
+}  // namespace ratslam

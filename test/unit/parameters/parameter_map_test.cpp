@@ -1,0 +1,133 @@
+#include "ratslam/common/parameter_map.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace ratslam {
+namespace {
+
+struct Params {
+  int count = 3;
+  double size = 1.5;
+  bool on = false;
+  std::string name = "none";
+  std::vector<double> values;
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    visit("count", count, Bounds{1, 10}, "");
+    visit("size", size, Bounds{0, 2}, "");
+    visit("on", on, Bounds{}, "");
+    visit("name", name, Bounds{}, "");
+    visit("values", values, Bounds{}, "");
+  }
+  void validate() const { checkBounds(*this); }
+};
+
+class ParameterMapTest : public ::testing::Test {
+ protected:
+  ParameterMapTest()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("parameter_map_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + "_" +
+                 ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~ParameterMapTest() override { std::filesystem::remove_all(folder_); }
+
+  std::string file(const std::string& name, const std::string& content) {
+    const auto path = folder_ / name;
+    std::ofstream(path) << content;
+    return path.string();
+  }
+  /// What reading these values says.
+  static std::string complaint(const ParameterMap& map) {
+    try {
+      Params params;
+      map.read(params);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(ParameterMapTest, ReadsYamlAndKeepsDefaultsOfAbsentKeys) {
+  const auto map =
+      ParameterMap::fromYaml(file("a.yaml", "count: 7\non: true\nvalues: [1, 2.5]\nname: town\n"));
+  Params params;
+  map.read(params);
+  EXPECT_EQ(params.count, 7);
+  EXPECT_TRUE(params.on);
+  EXPECT_EQ(params.name, "town");
+  EXPECT_EQ(params.values, (std::vector<double>{1.0, 2.5}));
+  EXPECT_DOUBLE_EQ(params.size, 1.5);
+}
+
+TEST_F(ParameterMapTest, ReadsOpenRatSlamIniAndReportsTheDrawSection) {
+  const std::string path = file("config.txt",
+                                "[general]\ntopic_root=/newcollege/\n[ratslam]\ncount=4\n"
+                                "vt_patch_normalisation=2\n[draw]\nenable=1\n[visual_odometry]\nsize=0.5\n");
+  std::vector<std::string> ignored;
+  const auto map = ParameterMap::fromFile(path, &ignored);
+  EXPECT_EQ(ignored, std::vector<std::string>{"[draw]"});
+  EXPECT_EQ(map.values().at("topic_root").text, "/newcollege/");
+  EXPECT_TRUE(map.has("vt_patch_normalise")) << "both spellings mean the same";
+  Params params;
+  map.read(params);
+  EXPECT_EQ(params.count, 4);
+  EXPECT_DOUBLE_EQ(params.size, 0.5);
+}
+
+TEST_F(ParameterMapTest, WrongTypesAreNamed) {
+  for (const std::string bad : {"count=three", "count=1.5", "size=big", "on=perhaps", "size=", "values=1"}) {
+    ParameterMap map;
+    map.setFromAssignment(bad);
+    const std::string said = complaint(map);
+    EXPECT_NE(said.find(bad.substr(0, bad.find('='))), std::string::npos) << bad << ": " << said;
+    EXPECT_NE(said.find("is not"), std::string::npos) << bad << ": " << said;
+  }
+}
+
+TEST_F(ParameterMapTest, ValuesOutOfRangeNameKeyValueAndBound) {
+  ParameterMap map;
+  map.setFromAssignment("count=11");
+  const std::string said = complaint(map);
+  EXPECT_NE(said.find("count: value 11"), std::string::npos) << said;
+  EXPECT_NE(said.find("[1, 10]"), std::string::npos) << said;
+  ParameterMap nan;
+  nan.setFromAssignment("size=nan");
+  EXPECT_NE(complaint(nan).find("size"), std::string::npos);
+}
+
+TEST_F(ParameterMapTest, MisspeltKeysAreRejectedWithASuggestion) {
+  ParameterMap map;
+  map.setFromAssignment("cuont=2");
+  try {
+    map.rejectUnknown(keysOf<Params>());
+    FAIL() << "a misspelt key passed";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("did you mean count?"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(ParameterMapTest, UnreadableFilesAreNamed) {
+  const std::string missing = (folder_ / "missing.yaml").string();
+  for (const std::string& path :
+       {missing, file("broken.yaml", "count: [1,\n"), file("nested.yaml", "count: {a: 1}\n"),
+        file("words.yaml", "just words\n"), file("section.txt", "[what]\na=1\n"),
+        file("noequals.txt", "[ratslam]\nword\n")}) {
+    try {
+      ParameterMap::fromFile(path);
+      ADD_FAILURE() << path << " was accepted";
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ratslam

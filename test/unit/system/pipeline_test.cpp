@@ -1,0 +1,222 @@
+#include "ratslam/system/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "ratslam/dataset/odometry_file.h"
+#include "ratslam/system/run_log.h"
+
+namespace ratslam {
+namespace {
+
+constexpr Stamp kTenth = 100000000;
+constexpr int kFrames = 240;
+
+/// A street seen sideways: smooth random columns. Driving moves the window; two laps of 120 frames show the
+/// same.
+cv::Mat view(int frame) {
+  static_assert(kFrames == 240, "two laps");
+  cv::Mat street(40, 1400, CV_8UC1);
+  cv::RNG random(7);
+  random.fill(street, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(street, street, cv::Size(0, 0), 6.0);
+  cv::normalize(street, street, 0, 255, cv::NORM_MINMAX);
+  const int offset = (frame % 120) * 10;
+  return street.colRange(offset, offset + 160).clone();
+}
+
+PipelineParams params() {
+  PipelineParams p;
+  p.local_view.view_template.x_size = 32;
+  p.local_view.view_template.y_size = 8;
+  p.local_view.match_threshold = 0.02;
+  p.local_view.shift_match = 3;
+  p.local_view.step_match = 1;
+  p.pose_cells.cell_size = 1.0;
+  p.pose_cells.experience_distance = 1.0;
+  return p;
+}
+
+/// Twice round a square of 30 m a side at 10 m/s, turning at the corners.
+OdometrySample motion(int sample, double period) {
+  OdometrySample odometry;
+  odometry.stamp = stampFromSeconds(sample * period);
+  const double t = sample * period;
+  odometry.speed = sample == 0 ? 0.0 : 10.0;
+  const double within = std::fmod(t, 3.0);
+  odometry.yaw_rate = within > 2.5 ? degreesToRadians(90.0) / 0.5 : 0.0;
+  return odometry;
+}
+
+std::string describe(const ExperienceMap& map) {
+  std::ostringstream text;
+  text.precision(17);
+  for (const auto& path : {map.onlineTrajectory(), map.finalTrajectory()}) {
+    for (const StampedPose& p : path)
+      text << p.stamp << ' ' << p.pose.x << ' ' << p.pose.y << ' ' << p.pose.yaw << '\n';
+  }
+  return text.str();
+}
+
+/// The whole drive in one process.
+std::string runPipeline(double odometry_period) {
+  Pipeline pipeline(params(), {});
+  int sample = 0;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    while (motion(sample, odometry_period).stamp <= frame * kTenth) {
+      pipeline.addOdometry(motion(sample++, odometry_period));
+    }
+    pipeline.addImage(frame * kTenth, view(frame));
+  }
+  for (int i = 0; i < 5; ++i) pipeline.addOdometry(motion(sample++, odometry_period));
+  return describe(pipeline.map());
+}
+
+/// The same drive as separate nodes whose messages arrive in bursts of various lengths.
+std::string runStages(double odometry_period, int burst) {
+  LocalViewCells local_view(params().local_view);
+  PoseCellStage pose_cells(params().pose_cells);
+  MapStage map(params().experience_map, false);
+  int frame = 0;
+  int sample = 0;
+  const Stamp end = motion(0, odometry_period).stamp + kFrames * kTenth;
+  std::vector<OdometrySample> late_for_the_map;
+  while (frame < kFrames || motion(sample, odometry_period).stamp < end) {
+    for (int i = 0; i < burst && frame < kFrames; ++i, ++frame) {
+      pose_cells.addView(local_view.observe(frame * kTenth, view(frame)));
+    }
+    for (int i = 0; i < 3 * burst && motion(sample, odometry_period).stamp < end; ++i, ++sample) {
+      pose_cells.addOdometry(motion(sample, odometry_period));
+      late_for_the_map.push_back(motion(sample, odometry_period));
+    }
+    for (const PoseCellDecision& decision : pose_cells.drain()) map.addDecision(decision.action);
+    map.drain();
+    for (const OdometrySample& late : late_for_the_map) map.addOdometry(late);
+    late_for_the_map.clear();
+    map.drain();
+  }
+  return describe(map.map());
+}
+
+TEST(Pipeline, NodesAndOneProcessGiveTheSameMapWhateverTheArrivalOrder) {
+  for (const double period : {0.1, 0.037}) {
+    const std::string expected = runPipeline(period);
+    for (const int burst : {1, 7, 60, kFrames}) {
+      EXPECT_EQ(runStages(period, burst), expected) << "period " << period << ", bursts of " << burst;
+    }
+  }
+}
+
+TEST(Pipeline, SecondLapIsRecalled) {
+  Pipeline pipeline(params(), {});
+  std::size_t recalls = 0;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    pipeline.addOdometry(motion(frame, 0.1));
+    const auto progress = pipeline.addImage(frame * kTenth, view(frame));
+    if (frame >= 120 && !progress.views[0].learned) ++recalls;
+  }
+  EXPECT_GT(recalls, 100U);
+  bool linked_back = false;
+  for (const Link& link : pipeline.map().graph().links()) linked_back = linked_back || link.recall;
+  EXPECT_TRUE(linked_back);
+}
+
+TEST(Pipeline, BadOdometryIsCountedAndLeavesNoTrace) {
+  Pipeline clean(params(), {});
+  Pipeline dirty(params(), {});
+  for (int frame = 0; frame < 60; ++frame) {
+    OdometrySample bad = motion(frame, 0.1);
+    bad.stamp -= kTenth / 2;
+    bad.speed = std::numeric_limits<double>::quiet_NaN();
+    dirty.addOdometry(bad);
+    for (Pipeline* pipeline : {&clean, &dirty}) {
+      pipeline->addOdometry(motion(frame, 0.1));
+      pipeline->addImage(frame * kTenth, view(frame));
+    }
+  }
+  EXPECT_EQ(dirty.droppedOdometry(), 60U);
+  EXPECT_EQ(describe(dirty.map()), describe(clean.map()));
+}
+
+TEST(Pipeline, ALoopedRecordingKeepsTheMapAndLinksNothingAcrossTheJump) {
+  Pipeline pipeline(params(), {});
+  for (int lap = 0; lap < 2; ++lap) {
+    for (int frame = 0; frame < 100; ++frame) {
+      pipeline.addOdometry(motion(frame, 0.1));
+      pipeline.addImage(frame * kTenth, view(frame));
+    }
+  }
+  for (const Link& link : pipeline.map().graph().links()) EXPECT_GE(link.duration_s, 0.0);
+  for (const StampedPose& stamped : pipeline.map().finalTrajectory()) {
+    EXPECT_TRUE(std::isfinite(stamped.pose.x) && std::isfinite(stamped.pose.y));
+  }
+  // The first place of the second lap is the first of the recording, 60 m from where the recording ends: a
+  // link between the two would say that they are one.
+  const auto& experiences = pipeline.map().graph().experiences();
+  for (const Link& link : pipeline.map().graph().links()) {
+    const MapPose& a = experiences[link.from].pose;
+    const MapPose& b = experiences[link.to].pose;
+    EXPECT_NEAR(std::hypot(b.x - a.x, b.y - a.y), link.distance, 3.0) << link.from << " -> " << link.to;
+  }
+}
+
+TEST(RunLog, ARunFromTheOdometryOfAnEarlierOneIsTheSame) {
+  const auto folder = std::filesystem::temp_directory_path() / "run_log_odometry_test";
+  std::filesystem::remove_all(folder);
+  PipelineParams with_height = params();
+  with_height.experience_map.exp_height = true;  // the map then takes displacements from the poses
+  Pipeline first(with_height, profileOdometry(with_height));
+  RunLog log(folder.string());
+  for (int frame = 0; frame < kFrames; ++frame) log.append(first.addImage(frame * kTenth, view(frame)));
+  log.finish(first, with_height, {});
+  const auto samples = readOdometryCsv((folder / "odometry.csv").string());
+  ASSERT_EQ(samples.size(), static_cast<std::size_t>(kFrames));
+  Pipeline second(with_height, {});
+  for (int frame = 0; frame < kFrames; ++frame) {
+    second.addOdometry(samples[static_cast<std::size_t>(frame)]);
+    second.addImage(frame * kTenth, view(frame));
+  }
+  EXPECT_EQ(describe(second.map()), describe(first.map()));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(PipelineParams, EveryModelsKeysAreKnownOnce) {
+  PipelineParams p;
+  std::set<std::string> seen;
+  p.visitFields([&seen](const std::string& key, auto&, const Bounds&, const char* meaning) {
+    EXPECT_TRUE(seen.insert(key).second) << key << " has two meanings";
+    EXPECT_STRNE(meaning, "") << key;
+  });
+  EXPECT_EQ(seen, PipelineParams::knownKeys());
+}
+
+TEST(RunLog, LeavesTheStatedFiles) {
+  const auto folder = std::filesystem::temp_directory_path() / "run_log_test";
+  std::filesystem::remove_all(folder);
+  Pipeline pipeline(params(), {});
+  RunLog log(folder.string());
+  for (int frame = 0; frame < 50; ++frame) {
+    log.append(pipeline.addOdometry(motion(frame, 0.1)));
+    log.append(pipeline.addImage(frame * kTenth, view(frame)));
+  }
+  log.finish(pipeline, params(), {{"frames", 50.0}});
+  const auto lines = [&folder](const std::string& name) {
+    std::ifstream file(folder / name);
+    return std::count(std::istreambuf_iterator<char>(file), {}, '\n');
+  };
+  EXPECT_EQ(lines("templates.csv"), 51);
+  EXPECT_EQ(lines("actions.csv"), 51);
+  EXPECT_EQ(lines("trajectory_online.tum"), 50);
+  EXPECT_EQ(lines("trajectory_final.tum"), 50);
+  EXPECT_GT(lines("map.yaml"), 10);
+  EXPECT_GT(lines("summary.json"), 30);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace ratslam
