@@ -11,6 +11,7 @@ set(ratslam_ros_dependencies
 find_package(catkin REQUIRED COMPONENTS message_generation ${ratslam_ros_dependencies})
 
 add_message_files(FILES
+  OdometryQuality.msg
   PoseCellState.msg
   RecallGeometry.msg
   TopologicalAction.msg

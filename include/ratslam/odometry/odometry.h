@@ -1,12 +1,36 @@
-/// What an odometry says, and the motion made of it.
+/// What an odometry says, how well it knows it, and the motion made of it.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <optional>
 
 #include "ratslam/common/stamp.h"
 
 namespace ratslam {
+
+/// Covariance of a twist (vx, vy, vz, wx, wy, wz) in base_link [m/s, rad/s], as nav_msgs/Odometry has it.
+using TwistCovariance = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+/// How well an odometry knows its unit of length.
+struct UnitOfLength {
+  /// Relative standard deviation about the true unit that does not grow: what road, wheel or stereo leave.
+  /// None: the unit is not anchored to anything.
+  std::optional<double> anchor_sigma;
+  /// Relative standard deviation of the unit's random walk over one metre driven [1/sqrt(m)].
+  double walk_sigma = 0.0;
+};
+
+/// Total motion over a stretch whose samples were predictions, known once the odometry measures again. It
+/// takes the place of what the samples of that stretch said.
+struct OdometryCorrection {
+  Stamp from = 0;                 ///< stamp of the last measured sample before the stretch
+  Stamp to = 0;                   ///< stamp of the first measured sample after it
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();  ///< base_link at `to` in base_link at `from`
+  /// Of the motion (x, y, z, rx, ry, rz), in the axes of base_link at `from` [m^2, rad^2].
+  Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance =
+      Eigen::Matrix<double, 6, 6, Eigen::RowMajor>::Zero();
+};
 
 /// One odometry message. The twist holds for the time since the message before it.
 struct OdometrySample {
@@ -16,14 +40,25 @@ struct OdometrySample {
   /// Pose of base_link in the odometry's own frame (x forward at the start, z up), where the source gives
   /// one.
   std::optional<Eigen::Isometry3d> pose;
+  /// Of the twist over the time since the sample before; none: the source does not say, defaults apply.
+  std::optional<TwistCovariance> covariance;
+  /// None: the source does not say, defaults apply.
+  std::optional<UnitOfLength> unit;
+  /// Changes when the source starts anew: its pose then has nothing to do with the poses before.
+  std::uint32_t epoch = 0;
+  /// The motion was predicted, not measured: tracking was lost or there was nothing to see.
+  bool bridged = false;
+  std::optional<OdometryCorrection> correction;
 };
 
 /// A sample as it is after a message has carried it, which rounds the pose's rotation to a quaternion.
 /// Whoever hands samples on without a message applies this, so that both ways give the same bits.
 inline OdometrySample asTransmitted(OdometrySample sample) {
-  if (sample.pose) {
-    sample.pose->linear() = Eigen::Quaterniond(sample.pose->linear()).normalized().toRotationMatrix();
-  }
+  const auto rounded = [](Eigen::Isometry3d& pose) {
+    pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
+  };
+  if (sample.pose) rounded(*sample.pose);
+  if (sample.correction) rounded(sample.correction->motion);
   return sample;
 }
 

@@ -14,8 +14,6 @@ namespace ratslam {
 
 /// (vx, vy, vz, wx, wy, wz) in base_link [m/s, rad/s].
 using Twist = Eigen::Matrix<double, 6, 1>;
-/// Covariance of a twist, as nav_msgs/Odometry has it.
-using TwistCovariance = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
 class OdometryPublisher {
  public:
