@@ -1,0 +1,162 @@
+/// The state of a part of the system, as it is written out and read back to the last bit.
+///
+/// A State is a tree of names. Each name holds an array of numbers (type, shape, bytes) or another State. A
+/// State with rows is a table: all its arrays are columns with one entry a row, and a column whose entries
+/// have different lengths says where each ends. A map file (system/map_file.h) keeps States on disk.
+///
+/// A stage writes and reads itself with the same list of fields:
+///
+///     template <class Fields>
+///     void stateFields(Fields&& fields) {          // for reading and writing, hence not const
+///       fields("speed", speed_);                   // numbers, enumerations, strings, Eigen matrices
+///       fields("history", history_);               // std::vector or std::deque of these
+///       fields("last", last_);                     // std::optional of any of these
+///       fields("links", links_);                   // std::vector of structs with stateFields: a table
+///     }
+///     void save(State& state) const { state.write(*this); }
+///     void load(const State& state) { state.read(*this); }
+///
+/// What does not fit this form uses set() and get(). Reading never guesses: a name that is missing, and a
+/// value of another type or shape, are errors that name it.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "ratslam/common/state_plain.h"
+
+namespace ratslam {
+
+enum class StateType : std::uint8_t {
+  kInt8 = 0,
+  kUint8 = 1,
+  kInt16 = 2,
+  kUint16 = 3,
+  kInt32 = 4,
+  kUint32 = 5,
+  kInt64 = 6,
+  kUint64 = 7,
+  kFloat32 = 8,
+  kFloat64 = 9,
+};
+
+/// "uint8", "float64", ...
+const char* stateTypeName(StateType type);
+/// Bytes of one number. @throws std::runtime_error for a number that is no StateType
+std::size_t stateTypeSize(StateType type);
+
+template <class Scalar>
+constexpr StateType stateTypeOf() {
+  if constexpr (std::is_same_v<Scalar, float>) return StateType::kFloat32;
+  if constexpr (std::is_same_v<Scalar, double>) return StateType::kFloat64;
+  if constexpr (std::is_integral_v<Scalar>) {
+    constexpr int kLogSize = sizeof(Scalar) == 1 ? 0 : sizeof(Scalar) == 2 ? 1 : sizeof(Scalar) == 4 ? 2 : 3;
+    return static_cast<StateType>(2 * kLogSize + (std::is_unsigned_v<Scalar> ? 1 : 0));
+  }
+}
+
+/// An array of numbers, the last index running fastest, in the byte order of the machine (little-endian).
+struct StateArray {
+  StateType type = StateType::kUint8;
+  StateShape shape;
+  std::vector<std::uint8_t> bytes;
+  /// Of a column whose entries have different lengths: where each ends, counted in numbers. Else empty.
+  std::vector<std::uint64_t> ends;
+
+  bool operator==(const StateArray& other) const {
+    return type == other.type && shape == other.shape && bytes == other.bytes && ends == other.ends;
+  }
+};
+
+class State {
+ public:
+  bool operator==(const State& other) const {
+    return rows_ == other.rows_ && arrays_ == other.arrays_ && children_ == other.children_;
+  }
+
+  /// The State of this name within this one, made where it is missing.
+  State& child(const std::string& name);
+  /// @throws std::runtime_error naming it where it is missing
+  const State& child(const std::string& name) const;
+  bool hasChild(const std::string& name) const { return children_.count(name) > 0; }
+
+  /// Stores a value: what stateFields may list. Replaces what had the name.
+  template <class T>
+  void set(const std::string& name, const T& value);
+  /// Reads a value into a variable of the same type.
+  /// @throws std::runtime_error naming what is missing or of another type or shape
+  template <class T>
+  void get(const std::string& name, T& value) const;
+  template <class T>
+  T get(const std::string& name) const {
+    T value{};
+    get(name, value);
+    return value;
+  }
+
+  /// Stores, or reads, all fields of an object that lists them in stateFields.
+  template <class Object>
+  void write(const Object& object);
+  template <class Object>
+  void read(Object& object) const;
+
+  /// States of the elements of a list, by number; for elements that are no rows.
+  template <class Object>
+  void setEach(const std::string& name, const std::vector<Object>& objects);
+  /// Calls load(state, number) for each element of the list. @return how many there are
+  template <class Load>
+  std::size_t forEach(const std::string& name, Load&& load) const;
+
+  /// Says which version of its layout a part has written. A part that reads an unknown one must refuse it.
+  void setVersion(std::uint32_t version) { set("version", version); }
+  /// @throws std::runtime_error naming the part where its version is not this one
+  void requireVersion(std::uint32_t version) const;
+
+  // What follows is for those who keep States somewhere.
+  const std::map<std::string, StateArray>& arrays() const { return arrays_; }
+  const std::map<std::string, State>& children() const { return children_; }
+  /// @throws std::runtime_error where bytes or rows do not fit type and shape
+  void setArray(const std::string& name, StateArray array);
+  /// @throws std::runtime_error naming it where it is missing
+  const StateArray& array(const std::string& name) const;
+  /// Number of rows where this State is a table.
+  const std::optional<std::uint64_t>& rows() const { return rows_; }
+  void setRows(std::uint64_t rows) { rows_ = rows; }
+  /// Names from the root to this State, "experience_map/graph"; for messages.
+  const std::string& path() const { return path_; }
+
+  /// The whole tree in one piece.
+  std::vector<std::uint8_t> toBytes() const;
+  /// @throws std::runtime_error where these are not such bytes
+  static State fromBytes(const std::vector<std::uint8_t>& bytes);
+
+ private:
+  [[noreturn]] void fail(const std::string& name, const std::string& what) const;
+  const StateArray& arrayOf(const std::string& name, StateType type, const StateShape& element,
+                            std::size_t leading) const;
+  static void append(const State& state, std::vector<std::uint8_t>& bytes);
+  static void takeInto(const std::vector<std::uint8_t>& bytes, std::size_t& position, State& state,
+                       int depth);
+
+  template <class Element>
+  void setRowsOf(const std::string& name, const std::vector<Element>& elements);
+  template <class Element>
+  void getRowsOf(const std::string& name, std::vector<Element>& elements) const;
+
+  std::string path_;
+  std::map<std::string, StateArray> arrays_;
+  std::map<std::string, State> children_;
+  std::optional<std::uint64_t> rows_;
+};
+
+}  // namespace ratslam
+
+#include "ratslam/common/state_fields.h"
