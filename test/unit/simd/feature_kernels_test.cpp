@@ -9,7 +9,7 @@
 #include <random>
 
 #include "ratslam/vision/feature_extractor.h"
-#include "street_scene.h"
+#include "unit/orb_odometry/street_scene.h"
 
 namespace ratslam {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <opencv2/core.hpp>
 
-#include "street_scene.h"
+#include "unit/orb_odometry/street_scene.h"
 
 namespace ratslam {
 namespace {
