@@ -32,8 +32,9 @@ std::uint64_t countOf(const StateShape& shape) {
 
 template <class T>
 void put(std::vector<std::uint8_t>& bytes, const T& value) {
-  const auto* begin = reinterpret_cast<const std::uint8_t*>(&value);
-  bytes.insert(bytes.end(), begin, begin + sizeof value);
+  const std::size_t end = bytes.size();
+  bytes.resize(end + sizeof value);
+  std::memcpy(bytes.data() + end, &value, sizeof value);
 }
 
 void putBlock(std::vector<std::uint8_t>& bytes, const std::uint8_t* block, std::size_t size) {
