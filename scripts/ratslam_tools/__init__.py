@@ -1,5 +1,7 @@
 """Evaluation, pictures and data-set conversion for ratslam_ros.
 
-One concept a module; the command lines in the folder above only call the `main` functions found here.
+Rooms: `trajectory` (poses, their files, axes, matching), `evaluation` (errors), `datasets` (recordings and what
+they consist of), `runs` (what a run of ratslam_run leaves, starting one) and `cli` (one module a command; the
+commands in the folder above only call the `main` functions found there).
 Positions are in metres, angles in radians and stamps in seconds unless a name says otherwise.
 """

@@ -13,7 +13,7 @@ SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file_
 SCRIPTS = os.path.join(SOURCE, "scripts")
 sys.path.insert(0, SCRIPTS)
 
-from ratslam_tools import geometry  # noqa: E402
+from ratslam_tools.trajectory import geometry  # noqa: E402
 from ratslam_tools.trajectory import Trajectory  # noqa: E402
 
 

@@ -8,7 +8,9 @@ import pytest
 rosbag = pytest.importorskip("rosbag")
 cv2 = pytest.importorskip("cv2")
 
-from ratslam_tools import bags, frames, kitti_bag, recorder, recorder_bag, truth  # noqa: E402
+from ratslam_tools.cli import kitti_to_bag, recorder_to_bag  # noqa: E402
+from ratslam_tools.datasets import bags, recorder, truth  # noqa: E402
+from ratslam_tools.trajectory import frames  # noqa: E402
 from ratslam_tools.errors import InputError  # noqa: E402
 from ratslam_tools.trajectory import read_trajectory, write_kitti  # noqa: E402
 
@@ -49,7 +51,7 @@ def sequence(tmp_path, drive):
 
 
 def test_images_stamps_and_camera_survive(sequence, tmp_path, drive):
-    kitti_bag.main([str(sequence), str(tmp_path / "k.bag"), "--root", "town"])
+    kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag"), "--root", "town"])
     images = messages(tmp_path / "k.bag", "/town/camera/image")
     assert [message.header.stamp.to_nsec() for message, _ in images] == [
         0,
@@ -99,7 +101,7 @@ def test_compressed_images_keep_their_bytes_and_frames_can_be_cut(sequence, tmp_
     odometry.write_text(
         "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{0.1 * i},{i},0.5\n" for i in range(6))
     )
-    kitti_bag.main(
+    kitti_to_bag.main(
         [
             str(sequence),
             str(tmp_path / "c.bag"),
@@ -127,22 +129,22 @@ def test_compressed_images_keep_their_bytes_and_frames_can_be_cut(sequence, tmp_
 
 
 def test_root_may_be_empty(sequence, tmp_path):
-    kitti_bag.main([str(sequence), str(tmp_path / "r.bag"), "--root", "", "--end", "1"])
+    kitti_to_bag.main([str(sequence), str(tmp_path / "r.bag"), "--root", "", "--end", "1"])
     assert len(messages(tmp_path / "r.bag", "/camera/image")) == 1
 
 
 def test_a_broken_sequence_leaves_no_bag(sequence, tmp_path):
     (sequence / "image_0" / "000004.png").write_bytes(b"no png")
     with pytest.raises(InputError, match="000004.png: not a readable image"):
-        kitti_bag.main([str(sequence), str(tmp_path / "b.bag")])
+        kitti_to_bag.main([str(sequence), str(tmp_path / "b.bag")])
     assert not [name for name in os.listdir(tmp_path) if ".bag" in name]
     (sequence / "image_0" / "000005.png").unlink()
     with pytest.raises(InputError, match="5 images and 6 times"):
-        kitti_bag.main([str(sequence), str(tmp_path / "b.bag")])
+        kitti_to_bag.main([str(sequence), str(tmp_path / "b.bag")])
     with pytest.raises(InputError, match="frames 9 to"):
         (sequence / "times.txt").write_text("0\n1\n2\n3\n4\n")
         os.remove(tmp_path / "poses" / "07.txt")
-        kitti_bag.main([str(sequence), str(tmp_path / "b.bag"), "--start", "9"])
+        kitti_to_bag.main([str(sequence), str(tmp_path / "b.bag"), "--start", "9"])
 
 
 def test_bags_that_are_none(tmp_path):
@@ -152,7 +154,7 @@ def test_bags_that_are_none(tmp_path):
 
 
 def test_missing_topic_lists_those_there_are(sequence, tmp_path):
-    kitti_bag.main([str(sequence), str(tmp_path / "k.bag")])
+    kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag")])
     with pytest.raises(InputError, match="no topic /odom; it has: .*/kitti/ground_truth"):
         bags.read_trajectory_topic(str(tmp_path / "k.bag"), "/odom")
     with pytest.raises(InputError, match="carries no stamped poses"):
@@ -175,7 +177,7 @@ def test_raw_drive_gives_truth_from_oxts(tmp_path):
         # Northwards: yaw 90 degrees from east; 1e-5 degrees of latitude are 1.113 m on KITTI's sphere.
         words = [49 + 1e-5 * frame, 8.4, 116.0, 0.0, 0.0, np.pi / 2] + [0] * 24
         (folder / "oxts" / "data" / f"{frame:010d}.txt").write_text(" ".join(map(repr, words)))
-    kitti_bag.main([str(folder), str(tmp_path / "raw.bag"), "--root", "raw"])
+    kitti_to_bag.main([str(folder), str(tmp_path / "raw.bag"), "--root", "raw"])
     found = bags.read_trajectory_topic(str(tmp_path / "raw.bag"), "/raw/ground_truth")
     np.testing.assert_allclose(
         found.positions, np.outer(range(4), [6378137 * np.radians(1e-5), 0, 0]), atol=1e-5
@@ -210,7 +212,7 @@ def recording(tmp_path):
 
 def test_recording_as_a_bag(recording, tmp_path, capsys):
     bag, calibration, gps = str(tmp_path / "n.bag"), str(tmp_path / "phone.yaml"), str(tmp_path / "gps.tum")
-    recorder_bag.main([str(recording), bag, "--calibration", calibration, "--gps_tum", gps])
+    recorder_to_bag.main([str(recording), bag, "--calibration", calibration, "--gps_tum", gps])
     images = messages(bag, "/nn/camera/image/compressed")
     assert [time for _, time in images] == [
         ms * 10**6 for ms in (1684060267000, 1684060267107, 1684060267195, 1684060267301)
@@ -250,7 +252,7 @@ def test_rotation_turns_the_pixels(recording, tmp_path):
     image = np.zeros((48, 64), dtype=np.uint8)
     image[:10, :10] = 250
     cv2.imwrite(str(path), image)
-    recorder_bag.main(
+    recorder_to_bag.main(
         [
             str(recording),
             str(tmp_path / "t.bag"),
@@ -268,7 +270,7 @@ def test_rotation_turns_the_pixels(recording, tmp_path):
 def test_calibration_of_another_camera_is_refused(recording, tmp_path):
     (tmp_path / "phone.yaml").write_text(CALIBRATION.replace("64", "1280"))
     with pytest.raises(InputError, match="64x48 px; the calibration is of 1280x48"):
-        recorder_bag.main(
+        recorder_to_bag.main(
             [str(recording), str(tmp_path / "x.bag"), "--calibration", str(tmp_path / "phone.yaml")]
         )
     for text, words in (
@@ -279,7 +281,7 @@ def test_calibration_of_another_camera_is_refused(recording, tmp_path):
         lines = [line for line in CALIBRATION.splitlines(True) if not line.startswith(text.split(":")[0])]
         (tmp_path / "phone.yaml").write_text("".join(lines) + text)
         with pytest.raises(InputError, match=words):
-            recorder_bag.main(
+            recorder_to_bag.main(
                 [str(recording), str(tmp_path / "x.bag"), "--calibration", str(tmp_path / "phone.yaml")]
             )
 

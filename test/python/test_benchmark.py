@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from ratslam_tools import benchmark
+from ratslam_tools.cli import benchmark
 from ratslam_tools.errors import InputError
 
 MEASURED = [

@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from ratslam_tools import donkey, flat_yaml, geodesy, ini_to_yaml, kitti, kitti_bag
+from ratslam_tools.cli import donkey_to_kitti, ini_to_yaml, kitti_to_bag
+from ratslam_tools.datasets import flat_yaml, kitti
+from ratslam_tools.trajectory import geodesy
 from ratslam_tools.errors import InputError
 
 STLUCIA = """[general]
@@ -118,7 +120,7 @@ def tub(path, angle, throttle, count=100):
 def test_a_steady_command_drives_a_circle(tmp_path):
     tub(tmp_path / "tub", angle=-1.0, throttle=0.5)
     out = tmp_path / "out"
-    donkey.main(
+    donkey_to_kitti.main(
         [
             str(tmp_path / "tub"),
             str(out),
@@ -136,18 +138,18 @@ def test_a_steady_command_drives_a_circle(tmp_path):
     )
     drive = kitti.read_sequence(str(out))
     assert len(drive.images) == 80 and drive.stamps_ns[1] == 50000000
-    rows = kitti_bag.read_odometry(str(out / "odometry.csv"))
+    rows = kitti_to_bag.read_odometry(str(out / "odometry.csv"))
     np.testing.assert_array_equal(rows[0], 0)
     np.testing.assert_allclose(rows[1:, 2], 2.0)
     np.testing.assert_allclose(rows[1:, 3], 2.0 * np.tan(np.radians(20)) / 0.3)
     with pytest.raises(InputError, match="not empty"):
-        donkey.main([str(tmp_path / "tub"), str(out)])
+        donkey_to_kitti.main([str(tmp_path / "tub"), str(out)])
 
 
 def test_commands_take_their_time():
     stamps = np.arange(0, 10, 0.05)
     step = (stamps >= 2).astype(float)
-    response = donkey.first_order_lag(stamps, step, 0.5)
+    response = donkey_to_kitti.first_order_lag(stamps, step, 0.5)
     assert response[stamps < 2].max() == 0
     assert np.interp(2.45, stamps, response) == pytest.approx(1 - np.exp(-1), abs=0.01)
 
@@ -155,7 +157,7 @@ def test_commands_take_their_time():
 @pytest.mark.parametrize("text", ["5", "9:3", "a:b", "-1:4"])
 def test_runs_that_are_none(text):
     with pytest.raises(InputError, match="--run"):
-        donkey.parse_run(text)
+        donkey_to_kitti.parse_run(text)
 
 
 def test_truth_of_the_clip_is_read_in_base_axes(data):

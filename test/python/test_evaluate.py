@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ratslam_tools import frames
+from ratslam_tools.trajectory import frames
 from ratslam_tools.trajectory import Trajectory, read_trajectory, write_kitti, write_tum
 
 

@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from ratslam_tools import association, metrics
+from ratslam_tools.evaluation import metrics
+from ratslam_tools.trajectory import association
 from ratslam_tools.trajectory import read_trajectory
 
 RELATIONS = {

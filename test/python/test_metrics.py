@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from ratslam_tools import association, comparison, evaluation, frames, geometry, metrics
+from ratslam_tools import evaluation
+from ratslam_tools.evaluation import comparison, metrics
+from ratslam_tools.trajectory import association, frames, geometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory
 

@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from conftest import SOURCE
-from ratslam_tools import runner
+from ratslam_tools.runs import runner
 from ratslam_tools.errors import InputError
 
 FRAMES = 70

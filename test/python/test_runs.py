@@ -14,19 +14,10 @@ import numpy as np
 import pytest
 
 from conftest import SCRIPTS
-from ratslam_tools import (
-    activity_figure,
-    frames,
-    paper,
-    plot_run,
-    plot_scale,
-    report,
-    run_figures,
-    run_folder,
-    runner,
-    sweep,
-    truth,
-)
+from ratslam_tools.cli import plot_run, plot_scale, report, reproduce_paper, sweep
+from ratslam_tools.datasets import truth
+from ratslam_tools.runs import activity_figure, run_figures, run_folder, runner
+from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory, write_kitti, write_tum
 
@@ -373,7 +364,7 @@ def test_paper_table_and_figures(program, tmp_path, drive, capsys):
         "--cell_size",
         "1,2",
     ]
-    paper.main(words)
+    reproduce_paper.main(words)
     table = capsys.readouterr().out
     assert "42.17" in table and "39.81" in table and "coverage" in table
     for name in ("table.txt", "fig5_00.png", "fig6_00_orb.png", "fig7_00_orb.png"):
@@ -382,7 +373,7 @@ def test_paper_table_and_figures(program, tmp_path, drive, capsys):
     shared = os.path.join("00", "orb", "odometry.csv")
     assert sum(f"{shared} " in call for call in calls(program)) == 4, "the odometry is computed once"
     assert sum("--odometry profile" in call for call in calls(program)) == 1
-    paper.main(words)
+    reproduce_paper.main(words)
     assert len(calls(program)) == 6
     with pytest.raises(InputError, match="--sequences: 09"):
-        paper.main([words[0], "--sequences", "09"] + words[3:])
+        reproduce_paper.main([words[0], "--sequences", "09"] + words[3:])

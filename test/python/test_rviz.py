@@ -21,7 +21,7 @@ def rviz_config():
 def names_in_nodes():
     """Every string literal of the ROS storey: topic names are among them."""
     names = set()
-    for path in glob.glob(os.path.join(SOURCE, "src", "ratslam_ros", "*.cpp")):
+    for path in glob.glob(os.path.join(SOURCE, "src", "ratslam_ros", "**", "*.cpp"), recursive=True):
         with open(path, encoding="utf-8") as file:
             names.update(re.findall(r'"([A-Za-z_/]+)"', file.read()))
     return names

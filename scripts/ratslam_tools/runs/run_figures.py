@@ -4,11 +4,12 @@ timing.
 
 import numpy as np
 
-from ratslam_tools import comparison, evaluation, metrics, plotting
-from ratslam_tools.activity_figure import draw_activity, has_activity
-from ratslam_tools.association import MAX_STAMP_DIFFERENCE_S
+from ratslam_tools import evaluation, plotting
+from ratslam_tools.evaluation import comparison, metrics
+from ratslam_tools.runs.activity_figure import draw_activity, has_activity
+from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 from ratslam_tools.errors import InputError
-from ratslam_tools.run_folder import Run
+from ratslam_tools.runs.run_folder import Run
 
 ERROR_STATISTICS = ("mean", "median", "rmse", "max", "min")
 MAX_LINKS_OPAQUE = 200

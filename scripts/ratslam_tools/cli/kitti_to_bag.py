@@ -6,7 +6,8 @@ from typing import List, Tuple
 
 import numpy as np
 
-from ratslam_tools import bags, geometry, kitti
+from ratslam_tools.datasets import bags, kitti
+from ratslam_tools.trajectory import geometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.progress import Progress
 

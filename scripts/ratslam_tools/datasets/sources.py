@@ -40,7 +40,7 @@ def read_topic(bag: str, topic: str) -> Trajectory:
     """Poses of one topic of a bag (Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, or the
     last Path).
     """
-    from ratslam_tools import bags  # ROS is needed here only
+    from ratslam_tools.datasets import bags  # ROS is needed here only
 
     if not os.path.isfile(bag):
         raise InputError(f"{bag}: no such file")

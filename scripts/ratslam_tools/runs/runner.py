@@ -6,7 +6,8 @@ import subprocess
 import threading
 from typing import Dict, List, Optional
 
-from ratslam_tools import evaluation, run_folder
+from ratslam_tools import evaluation
+from ratslam_tools.runs import run_folder
 from ratslam_tools.errors import InputError
 
 PROGRAM = "ratslam_run"

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ratslam_tools import geometry
+from ratslam_tools.trajectory import geometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory
 

@@ -14,7 +14,7 @@ from typing import List, Optional
 
 import numpy as np
 
-from ratslam_tools import geodesy, geometry
+from ratslam_tools.trajectory import geodesy, geometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory
 

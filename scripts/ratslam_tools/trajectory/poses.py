@@ -8,7 +8,7 @@ from typing import Optional
 
 import numpy as np
 
-from ratslam_tools import geometry
+from ratslam_tools.trajectory import geometry
 from ratslam_tools.errors import InputError
 
 COLUMNS = {"tum": 8, "kitti": 12}

@@ -5,9 +5,10 @@ import os
 
 import numpy as np
 
-from ratslam_tools import bags, calibration, geometry, recorder
+from ratslam_tools.datasets import bags, calibration, recorder
+from ratslam_tools.trajectory import geometry
 from ratslam_tools.errors import InputError
-from ratslam_tools.kitti_bag import load_image
+from ratslam_tools.cli.kitti_to_bag import load_image
 from ratslam_tools.progress import Progress
 from ratslam_tools.trajectory import write_tum
 

@@ -11,7 +11,7 @@ from typing import Dict, List, Optional
 
 import numpy as np
 
-from ratslam_tools import frames, geodesy, geometry
+from ratslam_tools.trajectory import frames, geodesy, geometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory, read_times, read_trajectory
 

@@ -4,7 +4,8 @@ over time.
 
 import numpy as np
 
-from ratslam_tools import frames, plotting
+from ratslam_tools import plotting
+from ratslam_tools.trajectory import frames
 
 
 def ground_axes(compared):

@@ -8,7 +8,10 @@ import html
 import io
 import os
 
-from ratslam_tools import error_plots, plot_run, plotting, run_figures
+from ratslam_tools import plotting
+from ratslam_tools.cli import plot_run
+from ratslam_tools.evaluation import error_plots
+from ratslam_tools.runs import run_figures
 from ratslam_tools.errors import InputError
 from ratslam_tools.table import html_table
 

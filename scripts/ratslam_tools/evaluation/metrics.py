@@ -7,7 +7,7 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 
-from ratslam_tools import geometry
+from ratslam_tools.trajectory import geometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory
 

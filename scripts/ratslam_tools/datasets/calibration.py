@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ratslam_tools import flat_yaml
+from ratslam_tools.datasets import flat_yaml
 from ratslam_tools.errors import InputError
 
 REQUIRED = ("image_width", "image_height", "fx", "fy", "cx", "cy")

@@ -5,8 +5,10 @@ import os
 
 import numpy as np
 
-from ratslam_tools import comparison, evaluation, plotting, truth
-from ratslam_tools.association import MAX_STAMP_DIFFERENCE_S
+from ratslam_tools import evaluation, plotting
+from ratslam_tools.datasets import truth
+from ratslam_tools.evaluation import comparison
+from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import read_trajectory
 

@@ -6,7 +6,9 @@ import argparse
 from dataclasses import asdict
 from typing import List
 
-from ratslam_tools import comparison, frames, metrics, sources
+from ratslam_tools.datasets import sources
+from ratslam_tools.evaluation import comparison, metrics
+from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
 from ratslam_tools.evaluation import Result, evaluate_ape, evaluate_rpe, print_results, write_json
 from ratslam_tools.table import format_table
@@ -113,7 +115,7 @@ def finish(arguments, title: str, unit: str, metric: str, reference, results: Li
                 record[key] = getattr(arguments, key)
         write_json(arguments.save_results, record)
     if arguments.save_plot or arguments.plot:
-        from ratslam_tools import error_plots  # matplotlib takes a second to load
+        from ratslam_tools.evaluation import error_plots  # matplotlib takes a second to load
 
         error_plots.plot_errors(
             results, title, f"{metric.upper()} [{unit}]", arguments.save_plot, arguments.plot

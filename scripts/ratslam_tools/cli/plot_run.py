@@ -3,8 +3,10 @@
 import argparse
 import os
 
-from ratslam_tools import evaluation, plotting, run_figures, truth
-from ratslam_tools.run_folder import Run
+from ratslam_tools import evaluation, plotting
+from ratslam_tools.datasets import truth
+from ratslam_tools.runs import run_figures
+from ratslam_tools.runs.run_folder import Run
 from ratslam_tools.table import format_table
 
 

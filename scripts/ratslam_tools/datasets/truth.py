@@ -5,7 +5,8 @@ convention.
 import os
 from typing import Optional
 
-from ratslam_tools import bags, frames, kitti
+from ratslam_tools.datasets import bags, kitti
+from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory, read_table, read_trajectory
 

@@ -14,11 +14,14 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 
-from ratslam_tools import evaluation, metrics, plotting, run_figures, runner, truth
+from ratslam_tools import evaluation, plotting
+from ratslam_tools.datasets import truth
+from ratslam_tools.evaluation import metrics
+from ratslam_tools.runs import run_figures, runner
 from ratslam_tools.errors import InputError
-from ratslam_tools.plot_run import add_truth_options
+from ratslam_tools.cli.plot_run import add_truth_options
 from ratslam_tools.progress import Progress
-from ratslam_tools.run_folder import Run
+from ratslam_tools.runs.run_folder import Run
 
 MAX_RUNS = 10000
 RESULT = "result.json"

@@ -3,7 +3,8 @@
 import json
 from typing import Dict, List, Optional
 
-from ratslam_tools import comparison, frames, metrics
+from ratslam_tools.evaluation import comparison, metrics
+from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
 from ratslam_tools.table import format_table
 

@@ -13,19 +13,11 @@ import argparse
 import os
 from dataclasses import dataclass
 
-from ratslam_tools import (
-    comparison,
-    error_plots,
-    evaluation,
-    flat_yaml,
-    kitti,
-    metrics,
-    plotting,
-    run_folder,
-    runner,
-    sweep,
-    truth,
-)
+from ratslam_tools import evaluation, plotting
+from ratslam_tools.cli import sweep
+from ratslam_tools.datasets import flat_yaml, kitti, truth
+from ratslam_tools.evaluation import comparison, error_plots, metrics
+from ratslam_tools.runs import run_folder, runner
 from ratslam_tools.errors import InputError
 from ratslam_tools.table import format_table
 

@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from ratslam_tools import geometry
+from ratslam_tools.trajectory import geometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory
 

@@ -19,7 +19,7 @@ import shutil
 import numpy as np
 
 from ratslam_tools.errors import InputError
-from ratslam_tools.kitti_bag import ODOMETRY_COLUMNS
+from ratslam_tools.cli.kitti_to_bag import ODOMETRY_COLUMNS
 
 IMAGE_SIZE = (160, 120)
 

@@ -6,7 +6,8 @@ import argparse
 
 import numpy as np
 
-from ratslam_tools import frames, recorder, sources
+from ratslam_tools.datasets import recorder, sources
+from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import read_trajectory, write_kitti, write_tum
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Optional
 
-from ratslam_tools import association, frames
+from ratslam_tools.trajectory import association, frames
 from ratslam_tools.trajectory import Trajectory
 
 

@@ -1,0 +1,1 @@
+"""Recordings of every form, and the files that they consist of."""

@@ -1,0 +1,9 @@
+"""How far an estimate lies from the truth."""
+
+from ratslam_tools.evaluation.results import (  # noqa: F401
+    Result,
+    evaluate_ape,
+    evaluate_rpe,
+    print_results,
+    write_json,
+)

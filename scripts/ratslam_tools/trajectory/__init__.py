@@ -1,0 +1,10 @@
+"""Trajectories: their files, axes, turns, matching and alignment."""
+
+from ratslam_tools.trajectory.poses import (  # noqa: F401
+    Trajectory,
+    read_table,
+    read_times,
+    read_trajectory,
+    write_kitti,
+    write_tum,
+)
