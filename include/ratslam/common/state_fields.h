@@ -97,8 +97,9 @@ class RowWriter {
       StateArray& array = column<Plain>(name);
       typename Plain::Scalar numbers[Plain::kCount];
       Plain::write(value, numbers);
-      const auto* begin = reinterpret_cast<const std::uint8_t*>(numbers);
-      array.bytes.insert(array.bytes.end(), begin, begin + sizeof numbers);
+      const std::size_t position = array.bytes.size();
+      array.bytes.resize(position + sizeof numbers);
+      std::memcpy(array.bytes.data() + position, numbers, sizeof numbers);
     }
   }
 
