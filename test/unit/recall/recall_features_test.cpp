@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "unit/recall_geometry/recall_scene.h"
+#include "unit/recall/recall_scene.h"
 
 namespace ratslam {
 namespace {

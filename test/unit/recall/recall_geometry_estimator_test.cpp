@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "ratslam/common/angles.h"
-#include "unit/recall_geometry/recall_scene.h"
+#include "unit/recall/recall_scene.h"
 
 namespace ratslam {
 namespace {
