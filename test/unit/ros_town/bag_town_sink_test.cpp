@@ -31,7 +31,9 @@ TEST(BagTownSink, WritesADriveThatReadsBackAsARecordingWithTruth) {
       const double turn = i == 2 ? -0.1 : 0.0;  // about the camera's y axis, which points down
       frame.T_world_camera = Eigen::Translation3d(5.0, -1.65, 2.0 * i) *
                              Eigen::Isometry3d(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()));
-      frame.wheel = OdometrySample{frame.stamp, 20.0, -turn / 0.1, std::nullopt};
+      frame.wheel.emplace().stamp = frame.stamp;
+      frame.wheel->speed = 20.0;
+      frame.wheel->yaw_rate = -turn / 0.1;
       if (i == 0) frame.gps = GpsFix{49.0, 8.4, 112.0, 2.0, 0.0, 0.0};
       sink.add(frame);
     }
