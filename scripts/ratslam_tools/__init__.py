@@ -5,3 +5,8 @@ they consist of), `runs` (what a run of ratslam_run leaves, starting one) and `c
 commands in the folder above only call the `main` functions found there).
 Positions are in metres, angles in radians and stamps in seconds unless a name says otherwise.
 """
+
+import os
+
+# The folder of the commands, in the source tree or installed.
+SCRIPTS = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from conftest import SCRIPTS
-from ratslam_tools.cli import plot_run, plot_scale, report, reproduce_paper, sweep
+from ratslam_tools.cli import benchmark, plot_run, plot_scale, report, reproduce_paper, sweep
 from ratslam_tools.datasets import truth
 from ratslam_tools.runs import activity_figure, run_figures, run_folder, runner
 from ratslam_tools.trajectory import frames
@@ -377,3 +377,9 @@ def test_paper_table_and_figures(program, tmp_path, drive, capsys):
     assert len(calls(program)) == 6
     with pytest.raises(InputError, match="--sequences: 09"):
         reproduce_paper.main([words[0], "--sequences", "09"] + words[3:])
+
+
+def test_shipped_files_are_found_from_the_package():
+    assert os.path.isfile(runner.find_config("kitti.yaml"))
+    assert os.path.isfile(os.path.join(SCRIPTS, "sweep"))
+    assert os.path.isfile(os.path.join(benchmark.SOURCES, "CMakeLists.txt"))

@@ -10,10 +10,11 @@ import os
 import subprocess
 from typing import Dict, List, Optional
 
+from ratslam_tools import SCRIPTS
 from ratslam_tools.errors import InputError
 from ratslam_tools.table import format_table
 
-SOURCES = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
+SOURCES = os.path.dirname(SCRIPTS)
 HEAD = ["case", "time", "oracle", "ratio", "bar", "OpenRatSLAM", "times OpenRatSLAM"]
 
 

@@ -6,7 +6,7 @@ import subprocess
 import threading
 from typing import Dict, List, Optional
 
-from ratslam_tools import evaluation
+from ratslam_tools import SCRIPTS, evaluation
 from ratslam_tools.runs import run_folder
 from ratslam_tools.errors import InputError
 
@@ -34,14 +34,13 @@ def find(given: Optional[str] = None) -> str:
         if not (os.path.isfile(path) and os.access(path, os.X_OK)):
             raise InputError(f"--ratslam_run: {given} is not an executable file")
         return os.path.abspath(path)
-    scripts = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
-    places = [scripts]
+    places = [SCRIPTS]
     places += [
         os.path.join(prefix, "lib", "ratslam_ros")
         for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
         if prefix
     ]
-    places += [os.path.normpath(os.path.join(os.path.dirname(scripts), place)) for place in BUILD_PLACES]
+    places += [os.path.normpath(os.path.join(os.path.dirname(SCRIPTS), place)) for place in BUILD_PLACES]
     on_path = shutil.which(PROGRAM)
     candidates = ([on_path] if on_path else []) + [os.path.join(place, PROGRAM) for place in places]
     for candidate in candidates:
@@ -155,7 +154,7 @@ class Runner:
 
 def find_config(name: str, folder: Optional[str] = None) -> str:
     """Path of a shipped configuration, beside the sources or in the install space, or in the folder given."""
-    above = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
+    above = os.path.dirname(SCRIPTS)
     shared = os.path.join(os.path.dirname(above), "share", "ratslam_ros", "config")
     places = [folder] if folder is not None else [os.path.join(above, "config"), shared]
     for place in places:

@@ -1,0 +1,87 @@
+"""Text files as they come from everywhere, and files that are written whole or not at all.
+
+A byte order mark, ends of lines of any system and single bytes of another encoding (a name in Latin-1 among
+numbers) are no reason to refuse a file; what is no text at all is.
+"""
+
+import math
+import os
+import stat
+from contextlib import contextmanager
+from typing import Iterator, Tuple
+
+from ratslam_tools.errors import InputError
+
+UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+
+
+def read_bytes(path: str) -> bytes:
+    """Content of a regular file. @throws InputError for what is none (a pipe would never end) or unreadable."""
+    try:
+        mode = os.stat(path).st_mode
+        if not stat.S_ISREG(mode):
+            what = "a folder" if stat.S_ISDIR(mode) else "no regular file (a pipe or a device)"
+            raise InputError(f"{path}: cannot be read: it is {what}")
+        with open(path, "rb") as file:
+            return file.read()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:  # a NUL in the name
+        raise InputError(f"{path!r}: cannot be read: {error}") from None
+
+
+def read_text(path: str) -> str:
+    """The text of a file without its byte order mark, lines parted by `\\n`; bytes that are no UTF-8 become
+    U+FFFD. @throws InputError for an unreadable or binary file.
+    """
+    data = read_bytes(path)
+    if data.startswith(UTF16_MARKS):
+        raise InputError(f"{path}: cannot be read: it is UTF-16 text; save it as UTF-8")
+    if b"\0" in data:
+        raise InputError(f"{path}: cannot be read: not a text file")
+    text = data.decode("utf-8-sig", "replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_lines(path: str) -> Iterator[Tuple[int, str]]:
+    """(number from 1, line) of each line of a file that is not blank, without blanks at its ends."""
+    for number, line in enumerate(read_text(path).split("\n"), 1):
+        text = line.strip(" \t\v\f\ufeff\u00a0")
+        if text:
+            yield number, text
+
+
+def finite_number(text: str) -> float:
+    """A finite number written as programs write them. @throws ValueError for anything else, `1_000` included."""
+    number = float(text)
+    if not math.isfinite(number) or "_" in text:
+        raise ValueError(f"'{text}' is not a finite number")
+    return number
+
+
+def shown(text: str) -> str:
+    """A piece of a file's text as a message may show it: one line, not too long, nothing unprintable."""
+    line = "".join(letter if letter.isprintable() else "?" for letter in text.strip())
+    return line if len(line) <= 60 else line[:57] + "..."
+
+
+@contextmanager
+def writing(path: str, newline=None):
+    """A text file to write to; it appears under its name only when it is complete.
+
+    @throws InputError if it cannot be written.
+    """
+    whole = os.path.realpath(path)
+    in_place = os.path.exists(whole) and not os.path.isfile(whole)  # /dev/stdout, a pipe
+    part = whole if in_place else whole + ".part"
+    try:
+        with open(part, "w", encoding="utf-8", errors="surrogateescape", newline=newline) as file:
+            yield file
+        if not in_place:
+            os.replace(part, whole)
+    except BaseException as error:
+        if not in_place and os.path.isfile(part):
+            os.unlink(part)
+        if isinstance(error, OSError) and error.filename in (part, None):
+            raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+        raise
