@@ -14,6 +14,15 @@ struct ViewEvent {
   double relative_rad = 0.0;  ///< heading now relative to the heading when the template was learned [rad]
   double error = -1.0;        ///< error of the best candidate, -1 where no template was one
   bool learned = false;       ///< the template is new
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("stamp", stamp);
+    fields("id", id);
+    fields("relative_rad", relative_rad);
+    fields("error", error);
+    fields("learned", learned);
+  }
 };
 
 enum class ActionKind : std::uint32_t { kNone = 0, kCreateNode = 1, kCreateEdge = 2, kSetNode = 3 };
@@ -25,6 +34,15 @@ struct TopologicalAction {
   std::uint32_t src_id = 0;   ///< experience that was current
   std::uint32_t dest_id = 0;  ///< experience that is current now
   double relative_rad = 0.0;  ///< heading now relative to that of the destination [rad]
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("stamp", stamp);
+    fields("kind", kind);
+    fields("src_id", src_id);
+    fields("dest_id", dest_id);
+    fields("relative_rad", relative_rad);
+  }
 };
 
 /// Where an image was taken, relative to where the matched template was learned, as image geometry measured
@@ -48,6 +66,23 @@ struct RecallGeometry {
   double distance_ratio =
       -1.0;  ///< length of the offset / length of the way companion -> template, negative: unknown
   double sigma_ratio = 0.0;  ///< standard deviation of distance_ratio
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("stamp", stamp);
+    fields("view_id", view_id);
+    fields("relative_rad", relative_rad);
+    fields("direction_rad", direction_rad);
+    fields("distance", distance);
+    fields("sigma_distance", sigma_distance);
+    fields("sigma_rotation", sigma_rotation);
+    fields("sigma_direction", sigma_direction);
+    fields("inliers", inliers);
+    fields("template_stamp", template_stamp);
+    fields("companion_stamp", companion_stamp);
+    fields("distance_ratio", distance_ratio);
+    fields("sigma_ratio", sigma_ratio);
+  }
 };
 
 }  // namespace ratslam

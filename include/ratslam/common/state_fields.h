@@ -72,6 +72,17 @@ void takeNumbers(const std::uint8_t* bytes, T& value) {
   Plain::read(numbers, value);
 }
 
+/// What stands in a row for a value that is not there.
+template <class T>
+T zero() {
+  T value{};
+  if constexpr (StatePlain<T>::kIs) {
+    const typename StatePlain<T>::Scalar numbers[StatePlain<T>::kCount] = {};
+    StatePlain<T>::read(numbers, value);
+  }
+  return value;
+}
+
 /// Fields of one object after another become the columns of a table.
 class RowWriter {
  public:
@@ -82,7 +93,7 @@ class RowWriter {
   void operator()(const std::string& name, const T& value) {
     if constexpr (OptionalOf<T>::kIs) {
       (*this)(name + "_known", value.has_value());
-      (*this)(name, value.value_or(typename OptionalOf<T>::Element{}));
+      (*this)(name, value ? *value : zero<typename OptionalOf<T>::Element>());
     } else if constexpr (HasFields<T>::value) {
       const std::string outer = std::exchange(prefix_, prefix_ + name + "_");
       const_cast<T&>(value).stateFields(*this);
@@ -137,7 +148,7 @@ class RowReader {
   void operator()(const std::string& name, T& value) {
     if constexpr (OptionalOf<T>::kIs) {
       bool known = false;
-      typename OptionalOf<T>::Element element{};
+      auto element = zero<typename OptionalOf<T>::Element>();
       (*this)(name + "_known", known);
       (*this)(name, element);
       value.reset();

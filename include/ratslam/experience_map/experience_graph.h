@@ -15,6 +15,8 @@
 
 namespace ratslam {
 
+class State;
+
 constexpr std::uint32_t kNoLink = std::numeric_limits<std::uint32_t>::max();
 
 /// A place of the map. Its id is its index.
@@ -24,6 +26,12 @@ struct Experience {
   std::uint32_t last_outgoing = kNoLink;
   std::uint32_t first_incoming = kNoLink;  ///< oldest link that ends here
   std::uint32_t last_incoming = kNoLink;
+
+  /// Without the lists, which follow from the order of the links.
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("pose", pose);
+  }
 };
 
 /// What was measured between two experiences, in the frame of `from`. Its id is its index.
@@ -38,6 +46,19 @@ struct Link {
   bool recall = false;                    ///< made by recognising `to`, not by driving on to a new place
   std::uint32_t next_outgoing = kNoLink;  ///< next younger link that starts at `from`
   std::uint32_t next_incoming = kNoLink;  ///< next younger link that ends at `to`
+
+  /// Without the lists, which follow from the order of the links.
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("from", from);
+    fields("to", to);
+    fields("distance", distance);
+    fields("heading_rad", heading_rad);
+    fields("facing_rad", facing_rad);
+    fields("rise", rise);
+    fields("duration_s", duration_s);
+    fields("recall", recall);
+  }
 };
 
 class ExperienceGraph {
@@ -74,6 +95,10 @@ class ExperienceGraph {
     for (std::uint32_t k = experience.first_outgoing; k != kNoLink; k = links_[k].next_outgoing) visit(k);
     for (std::uint32_t k = experience.first_incoming; k != kNoLink; k = links_[k].next_incoming) visit(k);
   }
+
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit
+  void load(const State& state);
 
  private:
   bool linkStarts(std::uint32_t from, std::uint32_t to) const;

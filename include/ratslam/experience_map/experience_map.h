@@ -80,6 +80,10 @@ class ExperienceMap {
   /// active or has been reached.
   std::vector<MapPose> pathToGoal() const;
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit
+  void load(const State& state);
+
  private:
   void checkAction(const TopologicalAction& action, const RecallGeometry* geometry) const;
   void create(const RecallGeometry* geometry);

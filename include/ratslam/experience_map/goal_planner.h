@@ -21,6 +21,14 @@ struct Goal {
   std::uint32_t experience = 0;  ///< that the goal selected
   double distance = 0.0;         ///< of the goal from that experience [m]
   std::string message;           ///< why it failed, empty otherwise
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("status", status);
+    fields("experience", experience);
+    fields("distance", distance);
+    fields("message", message);
+  }
 };
 
 class GoalPlanner {
@@ -44,6 +52,16 @@ class GoalPlanner {
   /// Experiences from `current` to the goal, both included; empty unless the goal is active or reached.
   std::vector<std::uint32_t> path(std::uint32_t current) const;
 
+  /// What it knows, for common/state.h.
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("goal", goal_);
+    fields("since", since_);
+    fields("links_taken", links_taken_);
+    fields("seconds_to_goal", seconds_to_goal_);
+    fields("next", next_);
+  }
+
  private:
   void fail(const std::string& why);
   void takeNewLinks(const ExperienceGraph& graph);
@@ -52,7 +70,7 @@ class GoalPlanner {
   double timeout_;
   Goal goal_;
   Stamp since_ = 0;
-  std::size_t links_taken_ = 0;
+  std::uint64_t links_taken_ = 0;
   std::vector<double> seconds_to_goal_;  ///< of each experience, infinite where no way is known
   std::vector<std::uint32_t> next_;      ///< experience that follows on the way to the goal
 };

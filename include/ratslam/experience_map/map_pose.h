@@ -21,11 +21,26 @@ struct MapPose {
   double log_scale = 0.0;  ///< logarithm of map metres per metre of odometry
 
   double scale() const { return std::exp(log_scale); }
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("x", x);
+    fields("y", y);
+    fields("z", z);
+    fields("yaw", yaw);
+    fields("log_scale", log_scale);
+  }
 };
 
 struct StampedPose {
   Stamp stamp = 0;
   MapPose pose;
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("stamp", stamp);
+    fields("pose", pose);
+  }
 };
 
 /// A pose in the axes of another one, in the odometry's unit of length.
@@ -34,6 +49,14 @@ struct RelativePose {
   double y = 0.0;
   double z = 0.0;
   double yaw = 0.0;  ///< [rad]
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("x", x);
+    fields("y", y);
+    fields("z", z);
+    fields("yaw", yaw);
+  }
 };
 
 /// Odometry accumulated since some pose of the map.
@@ -50,6 +73,12 @@ struct Motion {
     pose.y += step.forward * s + step.left * c;
     pose.z += step.up;
     length += std::sqrt(step.forward * step.forward + step.left * step.left + step.up * step.up);
+  }
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("pose", pose);
+    fields("length", length);
   }
 };
 

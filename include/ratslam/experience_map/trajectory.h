@@ -17,6 +17,13 @@ class Trajectory {
     Stamp stamp = 0;
     std::uint32_t frame = 0;
     RelativePose relative;  ///< of the robot, in the axes of the frame
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("stamp", stamp);
+      fields("frame", frame);
+      fields("relative", relative);
+    }
   };
 
   /// Appends a sample. One with the stamp of the newest takes its place: it is what was known at the end of
@@ -40,6 +47,13 @@ class Trajectory {
       poses.push_back({sample.stamp, compose(pose_of(sample.frame), sample.relative)});
     }
     return poses;
+  }
+
+  /// What it knows, for common/state.h.
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("samples", samples_);
+    fields("online", online_);
   }
 
  private:

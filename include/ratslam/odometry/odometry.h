@@ -19,17 +19,31 @@ struct UnitOfLength {
   std::optional<double> anchor_sigma;
   /// Relative standard deviation of the unit's random walk over one metre driven [1/sqrt(m)].
   double walk_sigma = 0.0;
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("anchor_sigma", anchor_sigma);
+    fields("walk_sigma", walk_sigma);
+  }
 };
 
 /// Total motion over a stretch whose samples were predictions, known once the odometry measures again. It
 /// takes the place of what the samples of that stretch said.
 struct OdometryCorrection {
-  Stamp from = 0;                 ///< stamp of the last measured sample before the stretch
-  Stamp to = 0;                   ///< stamp of the first measured sample after it
+  Stamp from = 0;  ///< stamp of the last measured sample before the stretch
+  Stamp to = 0;    ///< stamp of the first measured sample after it
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();  ///< base_link at `to` in base_link at `from`
   /// Of the motion (x, y, z, rx, ry, rz), in the axes of base_link at `from` [m^2, rad^2].
   Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance =
       Eigen::Matrix<double, 6, 6, Eigen::RowMajor>::Zero();
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("from", from);
+    fields("to", to);
+    fields("motion", motion);
+    fields("covariance", covariance);
+  }
 };
 
 /// One odometry message. The twist holds for the time since the message before it.
@@ -49,6 +63,19 @@ struct OdometrySample {
   /// The motion was predicted, not measured: tracking was lost or there was nothing to see.
   bool bridged = false;
   std::optional<OdometryCorrection> correction;
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("stamp", stamp);
+    fields("speed", speed);
+    fields("yaw_rate", yaw_rate);
+    fields("pose", pose);
+    fields("covariance", covariance);
+    fields("unit", unit);
+    fields("epoch", epoch);
+    fields("bridged", bridged);
+    fields("correction", correction);
+  }
 };
 
 /// A sample as it is after a message has carried it, which rounds the pose's rotation to a quaternion.
@@ -70,6 +97,15 @@ struct OdometryStep {
   double forward = 0.0;   ///< [m], negative when reversing
   double left = 0.0;      ///< [m]
   double up = 0.0;        ///< [m]
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("dt", dt);
+    fields("rotation", rotation);
+    fields("forward", forward);
+    fields("left", left);
+    fields("up", up);
+  }
 };
 
 }  // namespace ratslam

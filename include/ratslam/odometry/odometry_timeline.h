@@ -49,12 +49,29 @@ class OdometryTimeline {
   /// Forgets everything; the next sample sets the clock anew.
   void reset();
 
+  /// What it knows, for common/state.h.
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("start", start_);
+    fields("cursor", cursor_);
+    fields("last", last_);
+    fields("pending", pending_);
+  }
+
  private:
   struct Interval {
     Stamp begin = 0;
     Stamp end = 0;
     OdometryStep whole;
     bool from_pose = false;
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("begin", begin);
+      fields("end", end);
+      fields("whole", whole);
+      fields("from_pose", from_pose);
+    }
   };
 
   Interval intervalTo(const OdometrySample& sample) const;

@@ -13,6 +13,8 @@
 
 namespace ratslam {
 
+class State;
+
 /// A cell of the torus.
 struct PoseCell {
   int column = 0;  ///< along x, [0, n_xy)
@@ -25,6 +27,13 @@ struct PoseCellEstimate {
   double x = 0.0;   ///< [0, n_xy)
   double y = 0.0;   ///< [0, n_xy)
   double th = 0.0;  ///< [0, n_th), layer k faces k * 2 pi / n_th
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("x", x);
+    fields("y", y);
+    fields("th", th);
+  }
 };
 
 /// A coordinate on a ring of `size` cells, in [0, size).
@@ -69,6 +78,11 @@ class ActivityGrid {
   void zero(const Box& box);
   /// Sets all cells to 0 and empties the list.
   void clear();
+
+  /// The boxes and the activity in them, in the order of forEachRun.
+  void save(State& state) const;
+  /// @throws std::runtime_error where the state is of a grid of another shape
+  void load(const State& state);
 
   /// Calls `visit(first, count)` for each unbroken stretch of cells of the boxes, `first` being its position.
   template <class Visitor>

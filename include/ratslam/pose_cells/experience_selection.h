@@ -20,6 +20,8 @@
 
 namespace ratslam {
 
+class State;
+
 class ExperienceSelector {
  public:
   explicit ExperienceSelector(const PoseCellParams& params) : params_(params) {}
@@ -28,11 +30,22 @@ class ExperienceSelector {
   /// is the heading now relative to the heading at which the destination was created: 0 for a new one.
   TopologicalAction select(const ViewEvent& view, const PoseCellEstimate& estimate);
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing
+  void load(const State& state);
+
  private:
   struct Experience {
     PoseCellEstimate where;
     std::uint32_t view_id = 0;
     double relative_rad = 0.0;  ///< of the view event that created it
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("where", where);
+      fields("view_id", view_id);
+      fields("relative_rad", relative_rad);
+    }
   };
 
   /// Heading now minus heading at the experience's creation, as their one view cell saw it [rad].

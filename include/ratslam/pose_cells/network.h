@@ -48,6 +48,10 @@ class PoseCellNetwork {
   /// How often all activity had died.
   std::uint64_t reseeds() const { return reseeds_; }
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit the parameters
+  void load(const State& state);
+
  private:
   double iterate();
   void move(double distance, double rotation, double sum);

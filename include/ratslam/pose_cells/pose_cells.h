@@ -44,6 +44,10 @@ class PoseCells {
   /// How often all activity had died and the network was started again at the last best estimate.
   std::uint64_t reseeds() const { return network_.reseeds(); }
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit the parameters
+  void load(const State& state);
+
  private:
   PoseCellNetwork network_;
   ViewInput view_input_;

@@ -21,6 +21,8 @@
 
 namespace ratslam {
 
+class State;
+
 /// Activity that a recalled view adds to one cell.
 struct Injection {
   PoseCell cell;
@@ -36,12 +38,36 @@ class ViewInput {
   /// @param estimate where the robot is now. @return what to inject, if anything.
   std::optional<Injection> onView(const ViewEvent& event, const PoseCellEstimate& estimate);
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing
+  void load(const State& state);
+
  private:
   struct Tie {
     PoseCellEstimate where;
     double saturation = 0.0;    ///< at the end of event `updated`
     std::uint64_t updated = 0;  ///< number of the event
-    std::size_t order = 0;      ///< how many ids were tied before
+    std::uint64_t order = 0;    ///< how many ids were tied before
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("where", where);
+      fields("saturation", saturation);
+      fields("updated", updated);
+      fields("order", order);
+    }
+  };
+
+  /// A tie and its view cell, as a row.
+  struct TiedView {
+    std::uint32_t view_id = 0;
+    Tie tie;
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("view_id", view_id);
+      fields("tie", tie);
+    }
   };
 
   std::optional<Injection> recall(Tie& tie, const ViewEvent& event) const;

@@ -62,6 +62,15 @@ class EventGate {
   }
   std::optional<Stamp> clockStart() const { return odometry_.clockStart(); }
 
+  /// What it knows, for common/state.h.
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("odometry", odometry_);
+    fields("events", events_);
+    fields("last_event", last_event_);
+    fields("held_until", held_until_);
+  }
+
  private:
   OdometryTimeline odometry_;
   std::deque<Event> events_;

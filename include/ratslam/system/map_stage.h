@@ -42,6 +42,10 @@ class MapStage {
   const ExperienceMap& map() const { return map_; }
   ExperienceMap& map() { return map_; }
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit
+  void load(const State& state);
+
  private:
   void process(const TopologicalAction& action);
   std::optional<RecallGeometry> takeGeometry(Stamp stamp);
@@ -56,6 +60,12 @@ class MapStage {
   struct Waypoint {
     Stamp stamp = 0;
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("stamp", stamp);
+      fields("place", place);
+    }
   };
   std::vector<Waypoint> way_;
   double way_yaw_ = 0.0;

@@ -38,6 +38,10 @@ class PoseCellStage {
   std::size_t waitingViews() const { return gate_.size(); }
   const PoseCells& cells() const { return cells_; }
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit the parameters
+  void load(const State& state);
+
  private:
   PoseCellDecision process(const ViewEvent& view);
 

@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 
 std::uint32_t ExperienceGraph::addExperience(const MapPose& pose) {
@@ -41,6 +43,26 @@ bool ExperienceGraph::linkStarts(std::uint32_t from, std::uint32_t to) const {
     if (links_[k].to == to) return true;
   }
   return false;
+}
+
+void ExperienceGraph::save(State& state) const {
+  state.set("experiences", experiences_);
+  state.set("links", links_);
+  state.set("revision", revision_);
+}
+
+void ExperienceGraph::load(const State& state) {
+  ExperienceGraph loaded;
+  for (const Experience& experience : state.get<std::vector<Experience>>("experiences")) {
+    loaded.addExperience(experience.pose);
+  }
+  try {
+    for (const Link& link : state.get<std::vector<Link>>("links")) loaded.addLink(link);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error("state " + state.path() + ": " + error.what());
+  }
+  state.get("revision", loaded.revision_);
+  *this = std::move(loaded);
 }
 
 }  // namespace ratslam

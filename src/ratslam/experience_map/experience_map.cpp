@@ -1,9 +1,11 @@
 #include "ratslam/experience_map/experience_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "ratslam/common/state.h"
 #include "ratslam/experience_map/solver/pose_graph_map.h"
 #include "ratslam/experience_map/solver/relaxation.h"
 
@@ -101,6 +103,32 @@ std::vector<MapPose> ExperienceMap::pathToGoal() const {
     path.push_back(graph_.pose(id));
   }
   return path;
+}
+
+void ExperienceMap::save(State& state) const {
+  graph_.save(state.child("graph"));
+  solver_->save(state.child("solver"));
+  state.set("trajectory", trajectory_);
+  state.set("planner", planner_);
+  state.set("robot", robot_);
+  state.set("current", current_);
+  state.set("clock", clock_);
+  state.set("current_since", current_since_);
+}
+
+void ExperienceMap::load(const State& state) {
+  graph_.load(state.child("graph"));
+  solver_->load(state.child("solver"));
+  state.get("trajectory", trajectory_);
+  state.get("planner", planner_);
+  state.get("robot", robot_);
+  state.get("current", current_);
+  state.get("clock", clock_);
+  state.get("current_since", current_since_);
+  if (current_.value_or(0) >= std::max<std::size_t>(graph_.experiences().size(), 1)) {
+    throw std::runtime_error("state " + state.path() + "/current: there is no experience " +
+                             std::to_string(*current_));
+  }
 }
 
 void ExperienceMap::checkAction(const TopologicalAction& action, const RecallGeometry* geometry) const {

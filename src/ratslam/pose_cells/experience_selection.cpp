@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/common/state.h"
 
 namespace ratslam {
 
@@ -59,6 +60,24 @@ std::uint32_t ExperienceSelector::create(const ViewEvent& view, const PoseCellEs
   experiences_.push_back({estimate, view.id, view.relative_rad});
   of_view_[view.id].push_back(id);
   return id;
+}
+
+void ExperienceSelector::save(State& state) const {
+  state.set("selection", experiences_);
+  state.set("current", current_);
+}
+
+void ExperienceSelector::load(const State& state) {
+  auto experiences = state.get<std::vector<Experience>>("selection");
+  const auto current = state.get<std::uint32_t>("current");
+  if (!experiences.empty() && current >= experiences.size()) {
+    throw std::runtime_error("state " + state.path() + "/current: there is no experience " +
+                             std::to_string(current));
+  }
+  experiences_ = std::move(experiences);
+  current_ = current;
+  of_view_.clear();
+  for (std::uint32_t id = 0; id < experiences_.size(); ++id) of_view_[experiences_[id].view_id].push_back(id);
 }
 
 }  // namespace ratslam

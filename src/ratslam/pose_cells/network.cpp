@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 namespace {
 
@@ -79,6 +81,20 @@ void PoseCellNetwork::setActivity(const ActivityGrid& activity) {
   grid_.scale(1.0 / sum);
   model_sum_ = 1.0;
   estimate_ = peak_decoder_.decode(grid_);
+}
+
+void PoseCellNetwork::save(State& state) const {
+  grid_.save(state.child("activity"));
+  state.set("estimate", estimate_);
+  state.set("reseeds", reseeds_);
+  state.set("model_sum", model_sum_);
+}
+
+void PoseCellNetwork::load(const State& state) {
+  grid_.load(state.child("activity"));
+  state.get("estimate", estimate_);
+  state.get("reseeds", reseeds_);
+  state.get("model_sum", model_sum_);
 }
 
 /// Shared among the eight cells around the estimate, so that the packet starts where the robot was, not up to

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 
 void PoseCells::activate(const ViewEvent& event) {
@@ -10,6 +12,20 @@ void PoseCells::activate(const ViewEvent& event) {
   const std::optional<Injection> injection = view_input_.onView(event, network_.estimate());
   if (injection) network_.inject(injection->cell, injection->energy);
   view_ = event;
+}
+
+void PoseCells::save(State& state) const {
+  network_.save(state.child("network"));
+  view_input_.save(state.child("view_input"));
+  selector_.save(state.child("selector"));
+  state.set("view", view_);
+}
+
+void PoseCells::load(const State& state) {
+  network_.load(state.child("network"));
+  view_input_.load(state.child("view_input"));
+  selector_.load(state.child("selector"));
+  state.get("view", view_);
 }
 
 TopologicalAction PoseCells::decide() {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/common/state.h"
 
 namespace ratslam {
 namespace {
@@ -38,6 +39,23 @@ std::optional<Injection> ViewInput::recall(Tie& tie, const ViewEvent& event) con
   const double layer = wrapCoordinate(tie.where.th + turned, params_.n_th);
   return Injection{{static_cast<int>(tie.where.x), static_cast<int>(tie.where.y), static_cast<int>(layer)},
                    energy};
+}
+
+void ViewInput::save(State& state) const {
+  std::vector<TiedView> ties;
+  for (const auto& [id, tie] : ties_) ties.push_back({id, tie});
+  std::sort(ties.begin(), ties.end(),
+            [](const TiedView& a, const TiedView& b) { return a.tie.order < b.tie.order; });
+  state.set("view_links", ties);
+  state.set("previous_id", previous_id_);
+  state.set("events", events_);
+}
+
+void ViewInput::load(const State& state) {
+  ties_.clear();
+  for (const TiedView& tied : state.get<std::vector<TiedView>>("view_links")) ties_[tied.view_id] = tied.tie;
+  state.get("previous_id", previous_id_);
+  state.get("events", events_);
 }
 
 /// Repeated subtraction, not a product: the result equals the sweep's to the last bit. An id that has not

@@ -3,8 +3,14 @@
 #include <algorithm>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/common/state.h"
 
 namespace ratslam {
+namespace {
+
+constexpr std::uint32_t kStateVersion = 1;
+
+}  // namespace
 
 MapStage::MapStage(const ExperienceMapParams& params, bool wait_for_geometry)
     : map_(params), wait_for_geometry_(wait_for_geometry), gate_(params.exp_height) {}
@@ -36,6 +42,31 @@ std::vector<Stamp> MapStage::drainWithoutWaiting() {
     processed.push_back(action.stamp);
   }
   return processed;
+}
+
+void MapStage::save(State& state) const {
+  state.setVersion(kStateVersion);
+  map_.save(state.child("map"));
+  state.set("streams", gate_);
+  std::vector<RecallGeometry> geometry;
+  for (const auto& [stamp, measured] : geometry_) geometry.push_back(measured);
+  state.set("geometry", geometry);
+  state.set("started", started_);
+  state.set("way", way_);
+  state.set("way_yaw", way_yaw_);
+}
+
+void MapStage::load(const State& state) {
+  state.requireVersion(kStateVersion);
+  map_.load(state.child("map"));
+  state.get("streams", gate_);
+  geometry_.clear();
+  for (const RecallGeometry& measured : state.get<std::vector<RecallGeometry>>("geometry")) {
+    geometry_[measured.stamp] = measured;
+  }
+  state.get("started", started_);
+  state.get("way", way_);
+  state.get("way_yaw", way_yaw_);
 }
 
 void MapStage::process(const TopologicalAction& action) {

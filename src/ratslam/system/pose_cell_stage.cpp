@@ -1,6 +1,13 @@
 #include "ratslam/system/pose_cell_stage.h"
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
+namespace {
+
+constexpr std::uint32_t kStateVersion = 1;
+
+}  // namespace
 
 std::vector<PoseCellDecision> PoseCellStage::drain() {
   std::vector<PoseCellDecision> decisions;
@@ -18,6 +25,18 @@ std::vector<PoseCellDecision> PoseCellStage::drainWithoutOdometry() {
     gate_.pop();
   }
   return decisions;
+}
+
+void PoseCellStage::save(State& state) const {
+  state.setVersion(kStateVersion);
+  cells_.save(state.child("cells"));
+  state.set("streams", gate_);
+}
+
+void PoseCellStage::load(const State& state) {
+  state.requireVersion(kStateVersion);
+  cells_.load(state.child("cells"));
+  state.get("streams", gate_);
 }
 
 PoseCellDecision PoseCellStage::process(const ViewEvent& view) {

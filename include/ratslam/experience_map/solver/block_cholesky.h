@@ -54,6 +54,14 @@ class BlockCholesky {
     return next_column_ == columns;
   }
 
+  /// Columns that factorise() has done.
+  std::uint32_t columnsDone() const { return next_column_; }
+
+  /// Eliminates columns until so many are done.
+  void factoriseUpTo(std::uint32_t columns) {
+    while (next_column_ < columns) eliminate(next_column_++);
+  }
+
   /// Whether every pivot so far was positive definite.
   bool definite() const { return definite_; }
 

@@ -12,11 +12,20 @@
 
 namespace ratslam {
 
+class State;
+
 /// Where the robot is: its motion since the frame it was last placed in.
 struct RobotPlace {
   std::uint32_t frame = 0;
   Motion motion;
   bool lost = false;  ///< how it got from there to where it is was not measured
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("frame", frame);
+    fields("motion", motion);
+    fields("lost", lost);
+  }
 };
 
 class MapSolver {
@@ -50,6 +59,12 @@ class MapSolver {
 
   /// Finishes all work left over.
   virtual void settle(ExperienceGraph& graph) = 0;
+
+  /// What the solver knows beside the graph, work in progress included: a solver that is loaded goes on as
+  /// the saved one would have.
+  virtual void save(State& state) const = 0;
+  /// @throws std::runtime_error naming what is missing or does not fit
+  virtual void load(const State& state) = 0;
 };
 
 }  // namespace ratslam

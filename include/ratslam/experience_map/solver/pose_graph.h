@@ -22,6 +22,8 @@
 
 namespace ratslam {
 
+class State;
+
 struct Constraint {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
@@ -32,6 +34,18 @@ struct Constraint {
   double scale_weight = 1.0;
   double z_weight = 1.0;
   bool recall = false;  ///< says nothing about scale, is measured in the map's unit, and may be wrong
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("from", from);
+    fields("to", to);
+    fields("measured", measured);
+    fields("xy_weight", xy_weight);
+    fields("yaw_weight", yaw_weight);
+    fields("scale_weight", scale_weight);
+    fields("z_weight", z_weight);
+    fields("recall", recall);
+  }
 };
 
 using Residual = Eigen::Matrix<double, 5, 1>;          ///< weighted: along, across, facing, log-scale, height
@@ -71,6 +85,10 @@ class PoseGraph {
   /// Energy of the graph with its nodes at `nodes`. @param first constraint that counts; @param sum of those
   /// before it.
   double energy(const std::vector<MapPose>& nodes, std::size_t first = 0, double sum = 0.0) const;
+
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit
+  void load(const State& state);
 
  private:
   double kernel_;

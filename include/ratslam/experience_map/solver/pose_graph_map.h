@@ -38,6 +38,8 @@ class PoseGraphMap : public MapSolver {
   void update(ExperienceGraph& graph, RobotPlace& robot) override;
   void resume(ExperienceGraph& graph) override;
   void settle(ExperienceGraph& graph) override;
+  void save(State& state) const override;
+  void load(const State& state) override;
 
   const PoseGraph& poseGraph() const { return pose_graph_; }
 
@@ -46,6 +48,12 @@ class PoseGraphMap : public MapSolver {
   struct TemplateOffset {
     double rotation = 0.0;                        ///< [rad]
     std::optional<Eigen::Vector2d> displacement;  ///< [m], unless the distance is unknown
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("rotation", rotation);
+      fields("displacement", displacement);
+    }
   };
 
   std::uint32_t extendChain(const RobotPlace& robot);

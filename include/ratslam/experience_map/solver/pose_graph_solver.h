@@ -19,6 +19,8 @@
 
 namespace ratslam {
 
+class State;
+
 class PoseGraphSolver {
  public:
   /// @param scale, height which parts of a pose are unknowns beside x, y and facing.
@@ -38,6 +40,13 @@ class PoseGraphSolver {
 
   /// Size of the last step taken [m]: how far from settled the graph was.
   double lastStep() const;
+
+  /// How far it has got. What it has summed up and factorised so far follows from the graph and is not saved.
+  void save(State& state) const;
+  /// Does again what the saved one had done of its present iteration, to the last bit.
+  /// @param graph as it was when the state was saved: a constraint that takes part in an iteration does not
+  /// change before its end. @throws std::runtime_error naming what is missing or does not fit the graph
+  void load(const State& state, const PoseGraph& graph);
 
  private:
   class Iteration;

@@ -37,6 +37,10 @@ class Relaxation : public MapSolver {
   void resume(ExperienceGraph&) override {}
   void settle(ExperienceGraph&) override {}
 
+  /// Everything it keeps follows from the graph.
+  void save(State&) const override {}
+  void load(const State&) override;
+
  private:
   static constexpr std::size_t kBlock = 64;
 

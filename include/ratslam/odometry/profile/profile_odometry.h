@@ -19,6 +19,8 @@
 
 namespace ratslam {
 
+class State;
+
 struct ProfileOdometryParams {
   int vtrans_x_min = 0;  ///< translation region [px]; -1 as max means the image's edge
   int vtrans_x_max = -1;
@@ -69,13 +71,26 @@ class ProfileOdometry {
   /// Forgets the image before, e.g. when time has gone back; the pose stays.
   void restart() { previous_.reset(); }
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing
+  void load(const State& state);
+
  private:
   using Profile = std::vector<double>;
   struct View {
-    Stamp stamp;
+    Stamp stamp = 0;
     cv::Size size;
     Profile rotation;
     Profile translation;
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("stamp", stamp);
+      fields("width", size.width);
+      fields("height", size.height);
+      fields("rotation", rotation);
+      fields("translation", translation);
+    }
   };
 
   ProfileOdometryParams params_;

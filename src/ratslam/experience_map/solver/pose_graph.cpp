@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 namespace {
 
@@ -106,6 +108,24 @@ double PoseGraph::energy(const std::vector<MapPose>& nodes, std::size_t first, d
         energy(constraint, residual(constraint, nodes[constraint.from], nodes[constraint.to]).squaredNorm());
   }
   return sum;
+}
+
+void PoseGraph::save(State& state) const {
+  state.set("nodes", nodes_);
+  state.set("constraints", constraints_);
+}
+
+void PoseGraph::load(const State& state) {
+  PoseGraph loaded(kernel_);
+  state.get("nodes", loaded.nodes_);
+  try {
+    for (const Constraint& constraint : state.get<std::vector<Constraint>>("constraints")) {
+      loaded.addConstraint(constraint);
+    }
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error("state " + state.path() + ": " + error.what());
+  }
+  *this = std::move(loaded);
 }
 
 }  // namespace ratslam

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 namespace {
 
@@ -147,6 +149,29 @@ void PoseGraphMap::resume(ExperienceGraph& graph) {
 
 void PoseGraphMap::settle(ExperienceGraph& graph) {
   while (!solver_.settled(pose_graph_)) work(graph, std::numeric_limits<std::int64_t>::max());
+}
+
+void PoseGraphMap::save(State& state) const {
+  pose_graph_.save(state.child("graph"));
+  solver_.save(state.child("solver"));
+  state.set("nodes", nodes_);
+  state.set("offsets", offsets_);
+  state.set("recalled", recalled_);
+  state.set("disagreement", disagreement_);
+}
+
+void PoseGraphMap::load(const State& state) {
+  pose_graph_.load(state.child("graph"));
+  solver_.load(state.child("solver"), pose_graph_);
+  state.get("nodes", nodes_);
+  state.get("offsets", offsets_);
+  state.get("recalled", recalled_);
+  state.get("disagreement", disagreement_);
+  const std::size_t frames = pose_graph_.nodes().size();
+  if (offsets_.size() != nodes_.size() ||
+      std::any_of(nodes_.begin(), nodes_.end(), [frames](std::uint32_t node) { return node >= frames; })) {
+    throw std::runtime_error("state " + state.path() + "/nodes: they do not fit the pose graph");
+  }
 }
 
 void PoseGraphMap::work(ExperienceGraph& graph, std::int64_t amount) {

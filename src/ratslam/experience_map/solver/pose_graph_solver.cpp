@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "ratslam/common/state.h"
 #include "ratslam/experience_map/solver/block_cholesky.h"
 
 namespace ratslam {
@@ -29,6 +30,8 @@ class PoseGraphSolver::Iteration {
   virtual bool settled(const PoseGraph& graph) const = 0;
   virtual bool advance(PoseGraph& graph, std::int64_t work) = 0;
   virtual double lastStep() const = 0;
+  virtual void save(State& state) const = 0;
+  virtual void load(const State& state, const PoseGraph& graph) = 0;
 };
 
 /// `Size` unknowns a node: x, y, facing, then log-scale and height as far as they take part.
@@ -67,6 +70,49 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     return moved;
   }
 
+  void save(State& state) const override {
+    const bool working = stage_ != Stage::kIdle;
+    state.set("stage", stage_);
+    state.set("balance", balance_);
+    state.set("recalls", static_cast<std::uint64_t>(recalls_));
+    state.set("last_step", last_step_);
+    state.set("nodes", working ? nodes_ : 0U);
+    state.set("constraints", static_cast<std::uint64_t>(working ? constraints_ : 0));
+    state.set("next_constraint", static_cast<std::uint64_t>(working ? next_constraint_ : 0));
+    state.set("columns", working ? cholesky_.columnsDone() : 0U);
+    state.set("damping", working ? damping_ : 0.0);
+  }
+
+  void load(const State& state, const PoseGraph& graph) override {
+    const auto count = [&state](const char* name) {
+      return static_cast<std::size_t>(state.get<std::uint64_t>(name));
+    };
+    state.get("nodes", nodes_);
+    constraints_ = count("constraints");
+    recalls_ = count("recalls");
+    const std::size_t linearised = count("next_constraint");
+    const auto columns = state.get<std::uint32_t>("columns");
+    const auto stage = state.get<Stage>("stage");
+    state.get("balance", balance_);
+    state.get("damping", damping_);
+    state.get("last_step", last_step_);
+    stage_ = Stage::kIdle;
+    if (stage == Stage::kIdle) return;
+    if (nodes_ < 2 || nodes_ > graph.nodes().size() || constraints_ > graph.constraints().size() ||
+        linearised > constraints_ || columns > nodes_ - 1 || stage > Stage::kStep) {
+      throw std::runtime_error("state " + state.path() + ": it is not that of a solver of this graph");
+    }
+    orderUnknowns(graph);
+    startLinearising();
+    while (next_constraint_ < linearised) {
+      addNormalEquations(graph, graph.constraints()[next_constraint_++]);
+    }
+    if (stage == Stage::kLinearise) return;
+    damp();
+    cholesky_.factoriseUpTo(columns);
+    stage_ = stage;
+  }
+
  private:
   enum class Stage { kIdle, kLinearise, kFactorise, kStep };
   using Vector = typename BlockCholesky<Size>::Vector;
@@ -77,17 +123,22 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     nodes_ = static_cast<std::uint32_t>(graph.nodes().size());
     constraints_ = graph.constraints().size();
     recalls_ = graph.recalls();
+    orderUnknowns(graph);
+    damping_ = 0.0;
+    work -= kWorkPerOrderedNode * nodes_;
+    startLinearising();
+  }
+
+  void orderUnknowns(const PoseGraph& graph) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
     edges.reserve(constraints_);
-    for (const Constraint& constraint : graph.constraints()) {
+    for (std::size_t k = 0; k < constraints_; ++k) {
+      const Constraint& constraint = graph.constraints()[k];
       // Node 0 is fixed: unknown k is node k + 1.
       if (constraint.from > 0 && constraint.to > 0)
         edges.emplace_back(constraint.from - 1, constraint.to - 1);
     }
     structure_ = orderBlocks(nodes_ - 1, edges);
-    damping_ = 0.0;
-    work -= kWorkPerOrderedNode * nodes_;
-    startLinearising();
   }
 
   void startLinearising() {
@@ -104,10 +155,14 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
       work -= kWorkPerLinearisation;
     }
     if (next_constraint_ < constraints_) return;
+    damp();
+    stage_ = Stage::kFactorise;
+  }
+
+  void damp() {
     for (std::uint32_t k = 0; k < nodes_ - 1 && damping_ > 0.0; ++k) {
       cholesky_.diagonal(k).diagonal() *= 1.0 + damping_;
     }
-    stage_ = Stage::kFactorise;
   }
 
   void addNormalEquations(const PoseGraph& graph, const Constraint& constraint) {
@@ -258,5 +313,9 @@ bool PoseGraphSolver::advance(PoseGraph& graph, std::int64_t work) {
 }
 
 double PoseGraphSolver::lastStep() const { return iteration_->lastStep(); }
+
+void PoseGraphSolver::save(State& state) const { iteration_->save(state); }
+
+void PoseGraphSolver::load(const State& state, const PoseGraph& graph) { iteration_->load(state, graph); }
 
 }  // namespace ratslam

@@ -78,6 +78,14 @@ void Relaxation::update(ExperienceGraph& graph, RobotPlace& robot) {
   robot.motion.pose.yaw = wrapAngle(robot.motion.pose.yaw + (yaw_before - facings_[robot.frame]));
 }
 
+void Relaxation::load(const State&) {
+  links_taken_ = 0;
+  springs_.clear();
+  directions_.clear();
+  sines_.clear();
+  cosines_.clear();
+}
+
 void Relaxation::takeNewLinks(const ExperienceGraph& graph) {
   for (; links_taken_ < graph.links().size(); ++links_taken_) {
     const Link& link = graph.links()[links_taken_];

@@ -1,14 +1,18 @@
 #include "ratslam/odometry/profile/profile_odometry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
+
+#include "ratslam/common/state.h"
 
 namespace ratslam {
 namespace {
 
 constexpr int kMaxShift = 40;
+constexpr std::uint32_t kStateVersion = 1;
 
 struct Range {
   int begin;
@@ -87,6 +91,19 @@ void ProfileOdometryParams::validate() const { checkBounds(*this); }
 
 ProfileOdometry::ProfileOdometry(const ProfileOdometryParams& params) : params_(params) {
   params_.validate();
+}
+
+void ProfileOdometry::save(State& state) const {
+  state.setVersion(kStateVersion);
+  state.set("previous", previous_);
+  state.set("pose", std::array<double, 3>{pose_.x, pose_.y, pose_.th});
+}
+
+void ProfileOdometry::load(const State& state) {
+  state.requireVersion(kStateVersion);
+  state.get("previous", previous_);
+  const auto pose = state.get<std::array<double, 3>>("pose");
+  pose_ = {pose[0], pose[1], pose[2]};
 }
 
 OdometrySample ProfileOdometry::track(Stamp stamp, const cv::Mat& image) {
