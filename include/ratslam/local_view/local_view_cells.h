@@ -24,6 +24,8 @@
 
 namespace ratslam {
 
+class State;
+
 /// Confirms or refuses recalls by image geometry.
 struct RecallVerifier {
   RecallVerifier() = default;
@@ -66,6 +68,10 @@ class LocalViewCells {
 
   /// What the verifier measured for the present event; none where it was not asked or did not confirm.
   const std::optional<RecallGeometry>& recallGeometry() const { return geometry_; }
+
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit the parameters
+  void load(const State& state);
 
  private:
   bool isOldView(std::uint32_t id) const;

@@ -1,11 +1,13 @@
 #include "ratslam/local_view/local_view_cells.h"
 
 #include <algorithm>
+#include <array>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/common/state.h"
 
 namespace ratslam {
 namespace {
@@ -18,6 +20,8 @@ cv::Mat displayable(const std::vector<std::uint8_t>& bytes, const TemplateParams
   std::copy(bytes.begin(), bytes.end(), image.begin<std::uint8_t>());
   return image;
 }
+
+constexpr std::uint32_t kStateVersion = 1;
 
 }  // namespace
 
@@ -35,6 +39,28 @@ double LocalViewCells::shiftAngle(int shift) const {
 
 cv::Mat LocalViewCells::templateImage(std::uint32_t id) const {
   return displayable(matcher_.bytes(id), params_.view_template);
+}
+
+void LocalViewCells::save(State& state) const {
+  state.setVersion(kStateVersion);
+  matcher_.save(state);
+  state.set("image_size", std::array<int, 2>{image_size_.width, image_size_.height});
+  state.set("active", active_);
+  state.set("geometry", geometry_);
+  state.set("view",
+            std::vector<std::uint8_t>(view_image_.begin<std::uint8_t>(), view_image_.end<std::uint8_t>()));
+}
+
+void LocalViewCells::load(const State& state) {
+  state.requireVersion(kStateVersion);
+  matcher_.load(state);
+  const auto size = state.get<std::array<int, 2>>("image_size");
+  image_size_ = cv::Size(size[0], size[1]);
+  state.get("active", active_);
+  state.get("geometry", geometry_);
+  const auto view = state.get<std::vector<std::uint8_t>>("view");
+  const auto pixels = static_cast<std::size_t>(params_.view_template.x_size * params_.view_template.y_size);
+  view_image_ = view.size() == pixels ? displayable(view, params_.view_template) : cv::Mat();
 }
 
 ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "ratslam/local_view/local_view_cells.h"
 #include "ratslam/odometry/profile/profile_odometry.h"
 #include "ratslam/system/map_stage.h"
 #include "ratslam/system/pose_cell_stage.h"
@@ -163,16 +164,56 @@ TEST(Stage, RefusesPoseCellsOfAnotherSize) {
   EXPECT_THROW(PoseCellStage(params).load(state), std::runtime_error);
 }
 
-TEST(Stage, ProfileOdometry) {
+std::vector<cv::Mat> noiseImages(int count) {
   std::mt19937 random(7);
   std::vector<cv::Mat> images;
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < count; ++i) {
     cv::Mat image(30, 120, CV_8U);
     for (auto pixel = image.begin<std::uint8_t>(); pixel != image.end<std::uint8_t>(); ++pixel) {
       *pixel = static_cast<std::uint8_t>(random());
     }
     images.push_back(image);
   }
+  return images;
+}
+
+TEST(Stage, LocalViewCells) {
+  const std::vector<cv::Mat> images = noiseImages(40);
+  for (const int radius : {0, 1}) {
+    LocalViewParams params;
+    params.view_template.x_size = 32;
+    params.view_template.y_size = 8;
+    params.view_template.patch_radius = radius;
+    params.view_template.normalisation = radius == 0 ? 0.4 : 0.0;
+    params.shift_match = 3;
+    params.step_match = 1;
+    LocalViewCells whole(params);
+    LocalViewCells continued(params);
+    const std::size_t frames = 3 * images.size();
+    const std::size_t stop = 33;
+    for (std::size_t i = 0; i < frames; ++i) {
+      if (i == stop) {
+        State state;
+        whole.save(state);
+        continued.load(State::fromBytes(state.toBytes()));
+      }
+      const cv::Mat& image = images[i * i % images.size()];
+      const ViewEvent of_whole = whole.observe(static_cast<Stamp>(i), image);
+      if (i < stop) continue;
+      const ViewEvent of_continued = continued.observe(static_cast<Stamp>(i), image);
+      EXPECT_EQ(of_whole.id, of_continued.id);
+      EXPECT_EQ(of_whole.error, of_continued.error);
+    }
+    State of_whole;
+    State of_continued;
+    whole.save(of_whole);
+    continued.save(of_continued);
+    EXPECT_TRUE(of_whole == of_continued);
+  }
+}
+
+TEST(Stage, ProfileOdometry) {
+  const std::vector<cv::Mat> images = noiseImages(12);
   ProfileOdometry whole{ProfileOdometryParams{}};
   ProfileOdometry continued{ProfileOdometryParams{}};
   for (std::size_t i = 0; i < images.size(); ++i) {

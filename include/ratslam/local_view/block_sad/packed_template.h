@@ -17,7 +17,29 @@ namespace ratslam {
 
 class PackedTemplate {
  public:
+  /// All there is to know, as a State keeps it.
+  struct Record {
+    double scale = 1.0;
+    std::uint64_t full_scale = 0;
+    double sums_per_level = 0.0;
+    std::uint32_t bits = 0;
+    std::vector<std::uint8_t> packed;
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("scale", scale);
+      fields("full_scale", full_scale);
+      fields("sums_per_level", sums_per_level);
+      fields("bits", bits);
+      fields("packed", packed);
+    }
+  };
+
   PackedTemplate(const ViewTemplate& original, const TemplateParams& params);
+  /// @param values how many the template has. @throws std::runtime_error where the record cannot hold them
+  PackedTemplate(const Record& record, std::size_t values);
+
+  Record record() const;
 
   /// The values of the original, to the last bit.
   /// @param bytes those values, each quantised, in the same order (row by row).

@@ -26,6 +26,8 @@
 
 namespace ratslam {
 
+class State;
+
 /// The best candidate of a search.
 struct TemplateMatch {
   std::uint32_t id = 0;
@@ -55,6 +57,11 @@ class TemplateMatcher {
   /// Values of template `id` in 8 bits, row by row. @throws std::out_of_range.
   std::vector<std::uint8_t> bytes(std::uint32_t id) const;
 
+  /// A table of the templates.
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit the parameters
+  void load(const State& state);
+
   /// Memory held for the templates.
   std::size_t memoryBytes() const;
 
@@ -70,13 +77,29 @@ class TemplateMatcher {
     double high = 0.0;
   };
 
+  /// A template as a State keeps it.
+  struct Row {
+    double mean = 0.0;
+    std::vector<std::uint8_t> values;  // in 8 bits, row by row
+    PackedTemplate::Record exact;      // what the values were before
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("mean", mean);
+      fields("values", values);
+      fields("exact", exact);
+    }
+  };
+
   void checkSize(const ViewTemplate& view) const;
+  void append(const std::vector<double>& values, double mean, PackedTemplate packed);
   std::optional<std::size_t> boundCoarsely(double view_mean);
   void collectCandidates(std::size_t most_likely, std::uint32_t view_rounding);
   void refine(const Candidate& candidate, const std::vector<double>& view,
               std::optional<TemplateMatch>& best);
 
   LocalViewParams params_;
+  SimdLevel level_;
   std::size_t compared_values_;          // at each shift
   SadIndex coarse_;                      // means of blocks
   SadIndex fine_;                        // all values

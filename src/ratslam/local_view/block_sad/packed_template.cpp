@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
+#include <string>
 
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kReadBytes = 8;  // a number is read as part of a whole 64-bit word
+constexpr std::size_t kReadBytes = 8;    // a number is read as part of a whole 64-bit word
+constexpr std::uint32_t kMostBits = 57;  // that such a word holds behind the up to 7 bits before it
 
 std::uint32_t bitsOf(std::uint64_t largest) {
   std::uint32_t bits = 0;
@@ -50,6 +53,24 @@ PackedTemplate::PackedTemplate(const ViewTemplate& original, const TemplateParam
     std::memcpy(packed_.get() + position / 8, &word, kReadBytes);
     position += bits_;
   }
+}
+
+PackedTemplate::PackedTemplate(const Record& record, std::size_t values)
+    : scale_(record.scale),
+      full_scale_(record.full_scale),
+      sums_per_level_(record.sums_per_level),
+      packed_bytes_(static_cast<std::uint32_t>(record.packed.size())),
+      bits_(record.bits) {
+  const bool fits = bits_ <= kMostBits && record.packed.size() == values * bits_ / 8 + kReadBytes;
+  if (!fits || !(scale_ > 0.0) || full_scale_ == 0) {
+    throw std::runtime_error("view template: its record does not hold " + std::to_string(values) + " values");
+  }
+  packed_ = std::make_unique<std::uint8_t[]>(packed_bytes_);
+  std::copy(record.packed.begin(), record.packed.end(), packed_.get());
+}
+
+PackedTemplate::Record PackedTemplate::record() const {
+  return {scale_, full_scale_, sums_per_level_, bits_, {packed_.get(), packed_.get() + packed_bytes_}};
 }
 
 std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& bytes,

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "ratslam/common/state.h"
 #include "ratslam/simd/sad_kernels.h"
 
 namespace ratslam {
@@ -29,11 +30,11 @@ std::uint32_t smallestOfGroup(const std::uint32_t* values) {
 
 /// Sum of what rounding to 8 bits moves the values, in levels and rounded up, with 1 more for sums of
 /// doubles.
-std::uint32_t roundingOf(const ViewTemplate& view) {
+std::uint32_t roundingOf(const std::vector<double>& values) {
   // Whole numbers, of which the compiler may sum up several at a time.
   constexpr int kParts = 1 << 16;
   std::int64_t parts = 0;
-  for (const double value : view.values) {
+  for (const double value : values) {
     parts += static_cast<std::int32_t>(std::abs(255.0 * value - quantised(value)) * kParts) + 1;
   }
   return static_cast<std::uint32_t>(parts / kParts) + 2;
@@ -73,6 +74,7 @@ std::tuple<double, std::uint32_t, int> rank(const TemplateMatch& match) {
 
 TemplateMatcher::TemplateMatcher(const LocalViewParams& params, SimdLevel level)
     : params_(validated(params)),
+      level_(level),
       compared_values_(static_cast<std::size_t>(params.comparedColumns() * params.view_template.y_size)),
       coarse_(BlockGrid::coarse(params), level),
       fine_(BlockGrid::ofValues(params), level) {}
@@ -88,18 +90,44 @@ void TemplateMatcher::checkSize(const ViewTemplate& view) const {
 
 std::uint32_t TemplateMatcher::add(const ViewTemplate& learned) {
   checkSize(learned);
-  const auto id = static_cast<std::uint32_t>(size());
-  coarse_.add(learned.values);
-  fine_.add(learned.values);
+  append(learned.values, learned.mean, PackedTemplate(learned, params_.view_template));
+  return static_cast<std::uint32_t>(size() - 1);
+}
+
+void TemplateMatcher::append(const std::vector<double>& values, double mean, PackedTemplate packed) {
+  const std::size_t id = size();
+  coarse_.add(values);
+  fine_.add(values);
   if (id % kGroupLanes == 0) means_.resize(id + kGroupLanes, std::numeric_limits<double>::infinity());
-  means_[id] = learned.mean;
-  if (id % kGroupLanes == 0) mean_ranges_.push_back({learned.mean, learned.mean});
-  mean_ranges_.back().low = std::min(mean_ranges_.back().low, learned.mean);
-  mean_ranges_.back().high = std::max(mean_ranges_.back().high, learned.mean);
-  rounding_.push_back(roundingOf(learned));
+  means_[id] = mean;
+  if (id % kGroupLanes == 0) mean_ranges_.push_back({mean, mean});
+  mean_ranges_.back().low = std::min(mean_ranges_.back().low, mean);
+  mean_ranges_.back().high = std::max(mean_ranges_.back().high, mean);
+  rounding_.push_back(roundingOf(values));
   largest_rounding_ = std::max(largest_rounding_, rounding_.back());
-  packed_.emplace_back(learned, params_.view_template);
-  return id;
+  packed_.push_back(std::move(packed));
+}
+
+void TemplateMatcher::save(State& state) const {
+  std::vector<Row> rows;
+  rows.reserve(size());
+  for (std::uint32_t id = 0; id < size(); ++id) rows.push_back({means_[id], bytes(id), packed_[id].record()});
+  state.set("templates", rows);
+}
+
+void TemplateMatcher::load(const State& state) {
+  TemplateMatcher loaded(params_, level_);
+  const auto count = static_cast<std::size_t>(params_.view_template.x_size * params_.view_template.y_size);
+  for (const Row& row : state.get<std::vector<Row>>("templates")) {
+    if (row.values.size() != count) {
+      throw std::runtime_error("state " + state.path() + "/templates: a template has " +
+                               std::to_string(row.values.size()) + " values, not " + std::to_string(count));
+    }
+    PackedTemplate packed(row.exact, count);
+    const std::vector<double> values = packed.values(row.values, params_.view_template);
+    loaded.append(values, row.mean, std::move(packed));
+  }
+  *this = std::move(loaded);
 }
 
 std::vector<std::uint8_t> TemplateMatcher::bytes(std::uint32_t id) const {
@@ -118,7 +146,7 @@ std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view)
   if (!most_likely) return std::nullopt;
   fine_.setView(view.values);
   view_bytes_ = quantised(view.values);
-  collectCandidates(*most_likely, roundingOf(view));
+  collectCandidates(*most_likely, roundingOf(view.values));
   std::optional<TemplateMatch> best;
   for (const Candidate& candidate : candidates_) refine(candidate, view.values, best);
   return best;
