@@ -1,5 +1,7 @@
 """The one exception that every command line turns into one line on stderr and exit status 1."""
 
+import argparse
+import math
 import sys
 
 
@@ -9,11 +11,14 @@ class InputError(Exception):
 
 def run_main(main_function, argv=None) -> int:
     """Calls `main_function(argv)` and returns the process's exit status (0, or 1 after one clear line)."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # a file's name need not be text of the terminal's encoding
     try:
         main_function(argv)
         sys.stdout.flush()
     except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {one_line(error)}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
@@ -22,4 +27,27 @@ def run_main(main_function, argv=None) -> int:
         # The reader of a pipe (head, less) has gone: not an error of ours, and nothing more can be printed.
         sys.stderr.close()
         return 0
+    except OSError as error:  # a disk that fills up, a folder that may not be entered
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"error: {where}{one_line(error.strerror or error)}", file=sys.stderr)
+        return 1
+    except MemoryError:
+        print("error: the memory of this machine does not suffice", file=sys.stderr)
+        return 1
     return 0
+
+
+def one_line(error) -> str:
+    """A message in one line of printable text."""
+    return "".join(letter if letter.isprintable() else " " for letter in " ".join(str(error).split()))
+
+
+def finite(text: str) -> float:
+    """Type of an option that is a finite number."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a finite number")
+    return number

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, one_line
 
 TRUTH, ONLINE, FINAL, LINK = "0.35", "#d98c00", "#0060a8", "#c0392b"
 TRAIL = "#7be650"  # over dark ground
@@ -24,6 +24,12 @@ def load(show: bool = False):
     from matplotlib import pyplot
 
     return pyplot
+
+
+def literal(name: str) -> str:
+    """A file's or parameter's name as text of a figure: `$` begins no formula, and a leading `_` hides nothing."""
+    text = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in name)
+    return (" " + text if text.startswith("_") else text).replace("$", r"\$")
 
 
 def coloured_line(axes, x, y, ends, values, largest: float):
@@ -50,7 +56,7 @@ def finish(pyplot, figure, path=None, show: bool = False, dpi: int = 130) -> Non
         try:
             figure.savefig(path, dpi=dpi)
         except (OSError, ValueError) as error:
-            raise InputError(f"{path}: the figure cannot be written: {error}") from None
+            raise InputError(f"{path}: the figure cannot be written: {one_line(error)}") from None
     if show:
         pyplot.show()
     pyplot.close(figure)

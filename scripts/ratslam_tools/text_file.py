@@ -51,12 +51,19 @@ def read_lines(path: str) -> Iterator[Tuple[int, str]]:
             yield number, text
 
 
+def number(text: str) -> float:
+    """A number as programs write it, NaN and infinite ones included. @throws ValueError for anything else."""
+    if "_" in text or not text.isascii():  # Python's own spelling of numbers
+        raise ValueError(f"'{shown(text)}' is not a number")
+    return float(text)
+
+
 def finite_number(text: str) -> float:
-    """A finite number written as programs write them. @throws ValueError for anything else, `1_000` included."""
-    number = float(text)
-    if not math.isfinite(number) or "_" in text:
-        raise ValueError(f"'{text}' is not a finite number")
-    return number
+    """A finite number. @throws ValueError for anything else."""
+    value = number(text)
+    if not math.isfinite(value):
+        raise ValueError(f"'{shown(text)}' is not a finite number")
+    return value
 
 
 def shown(text: str) -> str:

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from ratslam_tools.cli import donkey_to_kitti, ini_to_yaml, kitti_to_bag
-from ratslam_tools.datasets import flat_yaml, kitti
+from ratslam_tools.cli import donkey_to_kitti, ini_to_yaml
+from ratslam_tools.datasets import flat_yaml, kitti, odometry_file
 from ratslam_tools.trajectory import geodesy
 from ratslam_tools.errors import InputError
 
@@ -138,7 +138,7 @@ def test_a_steady_command_drives_a_circle(tmp_path):
     )
     drive = kitti.read_sequence(str(out))
     assert len(drive.images) == 80 and drive.stamps_ns[1] == 50000000
-    rows = kitti_to_bag.read_odometry(str(out / "odometry.csv"))
+    rows = odometry_file.read_odometry(str(out / "odometry.csv"))
     np.testing.assert_array_equal(rows[0], 0)
     np.testing.assert_allclose(rows[1:, 2], 2.0)
     np.testing.assert_allclose(rows[1:, 3], 2.0 * np.tan(np.radians(20)) / 0.3)

@@ -11,45 +11,16 @@ as odometry of a toy car is.
 """
 
 import argparse
-import glob
-import json
 import os
 import shutil
 
 import numpy as np
 
-from ratslam_tools.errors import InputError
-from ratslam_tools.cli.kitti_to_bag import ODOMETRY_COLUMNS
+from ratslam_tools import text_file
+from ratslam_tools.datasets import donkey, odometry_file
+from ratslam_tools.errors import InputError, finite
 
 IMAGE_SIZE = (160, 120)
-
-
-def read_catalogs(folder: str) -> list:
-    """Records of all catalogs of a tub, in the order of their index. @throws InputError for a malformed
-    line.
-    """
-    records = []
-    for path in sorted(glob.glob(os.path.join(glob.escape(folder), "catalog_*.catalog"))):
-        with open(path, encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
-                if not line.strip():
-                    continue
-                try:
-                    record = json.loads(line)
-                    records.append(
-                        (
-                            int(record["_index"]),
-                            int(record["_timestamp_ms"]),
-                            float(record["user/angle"]),
-                            float(record["user/throttle"]),
-                            str(record["cam/image_array"]),
-                        )
-                    )
-                except (ValueError, KeyError, TypeError) as error:
-                    raise InputError(f"{path}:{number}: not a record: {error}") from None
-    if not records:
-        raise InputError(f"{folder}: no catalog_*.catalog with records")
-    return sorted(records)
 
 
 def parse_run(text: str) -> tuple:
@@ -90,38 +61,38 @@ def command_odometry(stamps, angles, throttles, arguments) -> np.ndarray:
 
 def convert(records: list, folder: str, out: str, arguments) -> None:
     """Writes image_0, times.txt, calib.txt and odometry.csv."""
-    stamps = np.array([record[1] - records[0][1] for record in records]) / 1e3
+    stamps = np.array([record.time_ms - records[0].time_ms for record in records]) / 1e3
     if (np.diff(stamps) <= 0).any():
         raise InputError(
             f"{folder}: time stands still or goes back at record "
-            f"{records[np.argmax(np.diff(stamps) <= 0) + 1][0]}"
+            f"{records[np.argmax(np.diff(stamps) <= 0) + 1].index}"
         )
     images = os.path.join(out, "image_0")
     if os.path.isdir(images) and os.listdir(images):
         raise InputError(f"{images}: exists and is not empty")
     os.makedirs(images, exist_ok=True)
     for frame, record in enumerate(records):
-        source = os.path.abspath(os.path.join(folder, "images", record[4]))
+        source = os.path.abspath(os.path.join(folder, "images", record.image))
         if not os.path.isfile(source):
-            raise InputError(f"{source}: no such file (record {record[0]})")
+            raise InputError(f"{source}: no such file (record {record.index})")
         target = os.path.join(images, f"{frame:06d}{os.path.splitext(source)[1]}")
         if arguments.copy:
             shutil.copyfile(source, target)
         else:
             os.symlink(source, target)
-    with open(os.path.join(out, "times.txt"), "w", encoding="utf-8") as file:
+    with text_file.writing(os.path.join(out, "times.txt")) as file:
         file.writelines(f"{stamp:.6f}\n" for stamp in stamps)
     focal, (width, height) = arguments.focal_px, IMAGE_SIZE
-    with open(os.path.join(out, "calib.txt"), "w", encoding="utf-8") as file:
+    with text_file.writing(os.path.join(out, "calib.txt")) as file:
         file.write(f"P0: {focal:g} 0 {width / 2:g} 0 0 {focal:g} {height / 2:g} 0 0 0 1 0\n")
     rows = command_odometry(
         stamps,
-        np.array([record[2] for record in records]),
-        np.array([record[3] for record in records]),
+        np.array([record.angle for record in records]),
+        np.array([record.throttle for record in records]),
         arguments,
     )
-    with open(os.path.join(out, "odometry.csv"), "w", encoding="utf-8") as file:
-        file.write(",".join(ODOMETRY_COLUMNS) + "\n")
+    with text_file.writing(os.path.join(out, "odometry.csv")) as file:
+        file.write(",".join(odometry_file.COLUMNS) + "\n")
         file.writelines(
             f"{frame:.0f},{stamp:.6f},{speed:.9g},{rate:.9g}\n" for frame, stamp, speed, rate in rows
         )
@@ -141,37 +112,37 @@ def main(argv=None) -> None:
     parser.add_argument("--run", metavar="FIRST:LAST", help="records to take, both included (default: all)")
     parser.add_argument("--copy", action="store_true", help="copy the images (default: symbolic links)")
     parser.add_argument(
-        "--wheelbase", type=float, default=0.25, metavar="M", help="[m] (default %(default)s)"
+        "--wheelbase", type=finite, default=0.25, metavar="M", help="[m] (default %(default)s)"
     )
     parser.add_argument(
         "--max_steering_deg",
-        type=float,
+        type=finite,
         default=25.0,
         metavar="DEG",
         help="at full lock (default %(default)s)",
     )
     parser.add_argument(
         "--steering_trim",
-        type=float,
+        type=finite,
         default=0.12,
         metavar="X",
         help="command at which the car runs straight (default %(default)s)",
     )
     parser.add_argument(
         "--speed_per_throttle",
-        type=float,
+        type=finite,
         default=5.0,
         metavar="M/S",
         help="speed at full throttle (default %(default)s)",
     )
     parser.add_argument(
-        "--delay", type=float, default=0.2, metavar="S", help="command to motion (default %(default)s)"
+        "--delay", type=finite, default=0.2, metavar="S", help="command to motion (default %(default)s)"
     )
     parser.add_argument(
-        "--speed_lag", type=float, default=0.5, metavar="S", help="throttle to speed (default %(default)s)"
+        "--speed_lag", type=finite, default=0.5, metavar="S", help="throttle to speed (default %(default)s)"
     )
     parser.add_argument(
-        "--focal_px", type=float, default=60.0, metavar="PX", help="for calib.txt (default %(default)s)"
+        "--focal_px", type=finite, default=60.0, metavar="PX", help="for calib.txt (default %(default)s)"
     )
     arguments = parser.parse_args(argv)
     for key in ("wheelbase", "max_steering_deg", "speed_per_throttle", "focal_px"):
@@ -180,11 +151,14 @@ def main(argv=None) -> None:
     for key in ("delay", "speed_lag"):
         if not getattr(arguments, key) >= 0:
             raise InputError(f"--{key}: {getattr(arguments, key)} is not allowed: at least 0")
-    records = read_catalogs(arguments.folder)
+    tub = donkey.read(arguments.folder)
+    records = tub.records
     if arguments.run is not None:
         first, last = parse_run(arguments.run)
-        records = [record for record in records if first <= record[0] <= last]
+        records = [record for record in records if first <= record.index <= last]
         if not records:
             raise InputError(f"--run: no records {arguments.run} in {arguments.folder}")
     convert(records, arguments.folder, arguments.out, arguments)
     print(f"{arguments.out}: {len(records)} frames, odometry.csv from the commands")
+    if tub.deleted:
+        print(f"note: records that manifest.json says are deleted, left out: {tub.deleted}")

@@ -9,7 +9,7 @@ from typing import List
 from ratslam_tools.datasets import sources
 from ratslam_tools.evaluation import comparison, metrics
 from ratslam_tools.trajectory import frames
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, finite
 from ratslam_tools.evaluation import Result, evaluate_ape, evaluate_rpe, print_results, write_json
 from ratslam_tools.table import format_table
 
@@ -41,12 +41,12 @@ def add_input_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--n_to_align", type=int, metavar="N", help="align by the first N matched poses only")
     group.add_argument(
         "--t_max_diff",
-        type=float,
+        type=finite,
         default=0.01,
         metavar="S",
         help="largest difference of matched stamps (0.01 s)",
     )
-    group.add_argument("--t_offset", type=float, default=0.0, metavar="S", help="added to the stamps of EST")
+    group.add_argument("--t_offset", type=finite, default=0.0, metavar="S", help="added to the stamps of EST")
     group.add_argument(
         "--ref_frame", choices=frames.FRAMES, help="convention of REF; it is converted to base"
     )
@@ -182,7 +182,7 @@ def rpe_main(argv=None) -> None:
     add_input_options(parser)
     add_relation_options(parser)
     group = parser.add_argument_group("steps")
-    group.add_argument("-d", "--delta", type=float, default=1.0, help="length of a step (default 1)")
+    group.add_argument("-d", "--delta", type=finite, default=1.0, help="length of a step (default 1)")
     group.add_argument(
         "-u",
         "--delta_unit",

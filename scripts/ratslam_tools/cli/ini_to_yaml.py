@@ -2,8 +2,10 @@
 
 import argparse
 import configparser
+import json
 import sys
 
+from ratslam_tools import text_file
 from ratslam_tools.errors import InputError
 
 GENERAL = ("topic_root",)
@@ -55,11 +57,8 @@ def read_ini(path: str) -> configparser.ConfigParser:
     parser = configparser.ConfigParser(interpolation=None, strict=False, inline_comment_prefixes=("#", ";"))
     parser.optionxform = str
     try:
-        with open(path, encoding="utf-8") as file:
-            parser.read_file(file)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except (configparser.Error, UnicodeDecodeError) as error:
+        parser.read_string(text_file.read_text(path), path)
+    except configparser.Error as error:
         raise InputError(f"{path}: not an ini file: {str(error).splitlines()[0]}") from None
     return parser
 
@@ -89,10 +88,10 @@ def convert(path: str):
             seen.add(name)
             if name not in GENERAL:
                 try:
-                    float(value)
+                    text_file.finite_number(value)
                 except ValueError:
                     raise InputError(f"{path}: [{section}] {key}: '{value}' is not a number") from None
-            lines.append(f'{name}: "{value}"' if name in GENERAL else f"{name}: {value}")
+            lines.append(f"{name}: {json.dumps(value)}" if name in GENERAL else f"{name}: {value}")
     if not seen:
         raise InputError(
             f"{path}: none of the sections {', '.join(f'[{name}]' for name in SECTIONS)} has a known key"
@@ -124,8 +123,5 @@ def main(argv=None) -> None:
     if arguments.yaml is None:
         sys.stdout.write(text)
         return
-    try:
-        with open(arguments.yaml, "w", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as error:
-        raise InputError(f"{arguments.yaml}: cannot be written: {error.strerror}") from None
+    with text_file.writing(arguments.yaml) as file:
+        file.write(text)

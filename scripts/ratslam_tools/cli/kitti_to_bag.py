@@ -1,41 +1,15 @@
 """kitti_to_bag: a KITTI sequence or raw drive as a bag for the nodes."""
 
 import argparse
-import csv
 from typing import List, Tuple
 
 import numpy as np
 
-from ratslam_tools.datasets import bags, kitti
+from ratslam_tools.datasets import bags, kitti, odometry_file
+from ratslam_tools.datasets.images import load_image
 from ratslam_tools.trajectory import geometry
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, finite
 from ratslam_tools.progress import Progress
-
-ODOMETRY_COLUMNS = ["frame", "stamp", "linear_x", "angular_z"]
-
-
-def read_odometry(path: str) -> np.ndarray:
-    """Rows frame, stamp [s], linear_x [m/s], angular_z [rad/s] of a CSV file with that head."""
-    try:
-        with open(path, encoding="utf-8", newline="") as file:
-            lines = list(csv.reader(file))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    if not lines or [name.strip() for name in lines[0]] != ODOMETRY_COLUMNS:
-        raise InputError(f"{path}: its first line must be {','.join(ODOMETRY_COLUMNS)}")
-    try:
-        rows = np.array([[float(word) for word in line] for line in lines[1:] if line])
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
-    if (
-        rows.ndim != 2
-        or rows.shape[1] != 4
-        or not np.isfinite(rows).all()
-        or (np.diff(rows[:, 1]) <= 0).any()
-    ):
-        raise InputError(f"{path}: four finite numbers a line with increasing stamps are expected")
-    return rows
-
 
 def odometry_messages(rows: np.ndarray, offset_s: float) -> List[Tuple[int, object]]:
     """(stamp_ns, nav_msgs/Odometry) of odometry rows; the pose is their dead reckoning from the origin, in
@@ -66,16 +40,6 @@ def odometry_messages(rows: np.ndarray, offset_s: float) -> List[Tuple[int, obje
             )
         )
     return messages
-
-
-def load_image(path: str, colour: bool) -> np.ndarray:
-    """The pixels of an image file, grey (h, w) or BGR (h, w, 3)."""
-    import cv2
-
-    image = cv2.imread(path, cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE)
-    if image is None:
-        raise InputError(f"{path}: not a readable image")
-    return image
 
 
 def convert(drive: kitti.Drive, path: str, root: str, compressed: bool, colour: bool, odometry=()) -> None:
@@ -154,10 +118,10 @@ def main(argv=None) -> None:
     parser.add_argument("--start", type=int, default=0, help="first frame (default 0)")
     parser.add_argument("--end", type=int, help="frame to stop before (default: none)")
     parser.add_argument(
-        "--odometry", metavar="CSV", help="also <root>/odom from columns " + ",".join(ODOMETRY_COLUMNS)
+        "--odometry", metavar="CSV", help="also <root>/odom from columns " + ",".join(odometry_file.COLUMNS)
     )
     parser.add_argument(
-        "--odometry_offset", type=float, default=0.0, metavar="SECONDS", help="added to the odometry's stamps"
+        "--odometry_offset", type=finite, default=0.0, metavar="SECONDS", help="added to the odometry's stamps"
     )
     arguments = parser.parse_args(argv)
     drive = kitti.read_drive(arguments.folder, arguments.camera)
@@ -165,7 +129,7 @@ def main(argv=None) -> None:
     drive = drive.select(arguments.start, arguments.end)
     odometry: List[Tuple[int, object]] = []
     if arguments.odometry:
-        rows = read_odometry(arguments.odometry)
+        rows = odometry_file.read_odometry(arguments.odometry)
         end = count if arguments.end is None else arguments.end
         rows = rows[(rows[:, 0] >= arguments.start) & (rows[:, 0] < end)]
         if not len(rows):

@@ -5,6 +5,7 @@ import os
 
 from ratslam_tools import evaluation, plotting
 from ratslam_tools.datasets import truth
+from ratslam_tools.errors import finite
 from ratslam_tools.runs import run_figures
 from ratslam_tools.runs.run_folder import Run
 from ratslam_tools.table import format_table
@@ -23,7 +24,7 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
     )
     parser.add_argument(
         "--t_max_diff",
-        type=float,
+        type=finite,
         default=0.01,
         metavar="S",
         help="largest difference of matched stamps (0.01 s)",

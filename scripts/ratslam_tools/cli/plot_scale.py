@@ -61,10 +61,10 @@ def scale_figure(reference, estimates: dict):
         means[label] = float(result.errors.mean())
         fitted = result.compared.estimate.positions
         plan.plot(
-            fitted[:, 0], fitted[:, 1], color=colour, linewidth=1.4, label=f"{label}: {means[label]:.2f} m"
+            fitted[:, 0], fitted[:, 1], color=colour, linewidth=1.4, label=plotting.literal(f"{label}: {means[label]:.2f} m")
         )
         way, ratio = local_scale(result.compared.reference.positions, fitted)
-        along.plot(way, ratio, color=colour, linewidth=1.4, label=label)
+        along.plot(way, ratio, color=colour, linewidth=1.4, label=plotting.literal(label))
     plan.set_aspect("equal", adjustable="datalim")
     plotting.scale_bar(plan)
     plan.set_xlabel("x [m]")

@@ -6,9 +6,9 @@ import os
 import numpy as np
 
 from ratslam_tools.datasets import bags, calibration, recorder
+from ratslam_tools.datasets.images import load_image
 from ratslam_tools.trajectory import geometry
-from ratslam_tools.errors import InputError
-from ratslam_tools.cli.kitti_to_bag import load_image
+from ratslam_tools.errors import InputError, finite
 from ratslam_tools.progress import Progress
 from ratslam_tools.trajectory import write_tum
 
@@ -91,7 +91,7 @@ def convert(
     others = other_messages(recording, track)
     following = written = 0
     with bags.writing(path) as bag:
-        first = min([recording.image_stamps[0]] + [others[0][0]] * bool(others))
+        first = min([recording.image_stamps[0]] + [item[0] for item in others[:1]])
         bags.write(
             bag,
             "/tf_static",
@@ -120,7 +120,7 @@ def convert(
                 message = bags.compressed_image(head, file)
             else:
                 message = CompressedImage(header=head, format="jpeg", data=rotated_jpeg(image, rotate))
-            info = bags.camera_info(head, width, height, camera.matrix, distortion=camera.distortion)
+            info = bags.camera_info(head, width, height, camera.matrix, None, camera.distortion, camera.model)
             bags.write(bag, prefix + "camera/camera_info", info, stamp)
             bags.write(bag, prefix + "camera/image/compressed", message, stamp)
             written += 1
@@ -160,7 +160,7 @@ def main(argv=None) -> None:
     )
     parser.add_argument(
         "--max_accuracy",
-        type=float,
+        type=finite,
         default=20.0,
         metavar="M",
         help="fixes with a worse stated accuracy are no ground truth (default 20 m)",
@@ -175,12 +175,12 @@ def main(argv=None) -> None:
     track = recorder.gps_track(recording, rows) if len(rows) else None
     if arguments.gps_tum and track is None:
         raise InputError(
-            f"{arguments.folder}: none of its {len(recording.gps)} GPS fixes is accurate to "
-            f"{arguments.max_accuracy:g} m: no track to write"
+            f"{arguments.folder}: none of its {len(recording.gps)} GPS fixes has a stated accuracy of "
+            f"{arguments.max_accuracy:g} m or better: no track to write"
         )
-    written = convert(recording, arguments.bag, arguments.root, camera, arguments.rotate, track)
-    if arguments.gps_tum:
+    if arguments.gps_tum:  # before the bag, which takes its time
         write_tum(arguments.gps_tum, track)
+    written = convert(recording, arguments.bag, arguments.root, camera, arguments.rotate, track)
     print(
         f"{os.path.basename(arguments.bag)}: {written} images, {len(recording.imu)} IMU samples, "
         f"{len(recording.gps)} GPS "

@@ -8,11 +8,10 @@ import html
 import io
 import os
 
-from ratslam_tools import plotting
+from ratslam_tools import plotting, text_file
 from ratslam_tools.cli import plot_run
 from ratslam_tools.evaluation import error_plots
 from ratslam_tools.runs import run_figures
-from ratslam_tools.errors import InputError
 from ratslam_tools.table import html_table
 
 STYLE = """
@@ -155,9 +154,6 @@ def main(argv=None) -> None:
     arguments = parser.parse_args(argv)
     path = arguments.out or os.path.join(arguments.folder, "report.html")
     text = page(plot_run.aligned_run(arguments))
-    try:
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    with text_file.writing(path) as file:
+        file.write(text)
     print(f"wrote {path}")

@@ -4,11 +4,10 @@ for.
 
 import argparse
 
-import numpy as np
-
+from ratslam_tools import text_file
 from ratslam_tools.datasets import recorder, sources
 from ratslam_tools.trajectory import frames
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, finite
 from ratslam_tools.trajectory import read_trajectory, write_kitti, write_tum
 
 
@@ -18,7 +17,7 @@ def read_gps(path: str, max_accuracy: float):
     rows = recorder.good_fixes(recording, max_accuracy)
     if not len(rows):
         raise InputError(
-            f"{path}: none of its {len(recording.gps)} GPS fixes is accurate to {max_accuracy:g} m"
+            f"{path}: none of its {len(recording.gps)} GPS fixes has a stated accuracy of {max_accuracy:g} m or better"
         )
     return recorder.gps_track(recording, rows)
 
@@ -56,7 +55,7 @@ def main(argv=None) -> None:
     parser.add_argument("--from_frame", choices=frames.FRAMES, help="convention of the input")
     parser.add_argument("--to_frame", choices=frames.FRAMES, help="convention of the output")
     parser.add_argument(
-        "--max_accuracy", type=float, default=20.0, metavar="M", help="worst GPS fix to take (default 20 m)"
+        "--max_accuracy", type=finite, default=20.0, metavar="M", help="worst GPS fix to take (default 20 m)"
     )
     arguments = parser.parse_args(argv)
     if (arguments.from_frame is None) != (arguments.to_frame is None):
@@ -73,5 +72,6 @@ def main(argv=None) -> None:
     if arguments.save_times:
         if trajectory.stamps is None:
             raise InputError(f"--save_times: {arguments.input} has no stamps")
-        np.savetxt(arguments.save_times, trajectory.stamps, fmt="%.9f")
+        with text_file.writing(arguments.save_times) as file:
+            file.writelines(f"{stamp:.9f}\n" for stamp in trajectory.stamps)
     print(f"{arguments.output}: {len(trajectory)} poses, {trajectory.path_length()[-1]:.6g} m")

@@ -3,13 +3,15 @@ packages).
 """
 
 import os
+import stat
+import struct
 from contextlib import contextmanager
 
 import numpy as np
 
-from ratslam_tools.trajectory import geometry
-from ratslam_tools.errors import InputError
-from ratslam_tools.trajectory import Trajectory
+from ratslam_tools.errors import InputError, one_line
+from ratslam_tools.trajectory import Trajectory, geometry
+from ratslam_tools.trajectory.poses import MAX_NUMBER
 
 # A bag must not hold messages of record time 0, which rospy takes for "no time".
 MIN_RECORD_TIME_NS = 1000
@@ -23,14 +25,92 @@ def open_bag(path: str, mode: str = "r"):
         import rosbag
     except ImportError as error:
         raise InputError(f"{path}: bags need ROS's Python packages (python3-rosbag): {error}") from None
+    if mode == "r":
+        _check_records(path)
     try:
         return rosbag.Bag(path, mode)
     except rosbag.ROSBagUnindexedException:
         raise InputError(
             f"{path}: the bag has no index (its recording was cut off); run: rosbag reindex {path}"
         ) from None
-    except (rosbag.ROSBagException, OSError) as error:
-        raise InputError(f"{path}: not a readable bag: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path}: not a readable bag: {error.strerror or error}") from None
+    except Exception as error:  # whatever rosbag meets in a damaged file: it raises errors of all kinds
+        raise _damaged(path, error) from None
+
+
+def _damaged(path: str, error: Exception) -> InputError:
+    return InputError(f"{path}: not a readable bag, or a damaged one: {one_line(error) or type(error).__name__}")
+
+
+# A chunk of so many bytes is never refused; bigger ones are, where they claim to hold far more than they are.
+CHUNK_BYTES, CHUNK_RATIO = 64 << 20, 1000
+
+
+def _check_records(path: str) -> None:
+    """The records of a bag lie one behind the other within the file, and no chunk claims to unpack to far more
+    than it is: rosbag allocates what a length says before it looks. @throws InputError
+    """
+    try:
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            raise InputError(f"{path}: not a readable bag: it is no regular file")
+        size = os.path.getsize(path)
+        with open(path, "rb") as file:
+            if not file.readline(64).startswith(b"#ROSBAG V2.0\n"):
+                raise InputError(f"{path}: not a readable bag: it does not begin with '#ROSBAG V2.0'")
+            position = file.tell()
+            while position < size:
+                header = _field(file, position, size, path)
+                data = position + 4 + len(header)
+                length = _length(file, data, size, path)
+                _check_chunk(path, header, length)
+                position = data + 4 + length
+    except OSError as error:
+        raise InputError(f"{path}: not a readable bag: {error.strerror}") from None
+
+
+def _length(file, position: int, size: int, path: str) -> int:
+    """The 32-bit length at `position`, of something that lies within the file."""
+    file.seek(position)
+    data = file.read(4)
+    length = struct.unpack("<I", data)[0] if len(data) == 4 else size
+    if position + 4 + length > size:
+        raise InputError(
+            f"{path}: not a readable bag, or a damaged one: a record at byte {position} reaches beyond the file's end"
+        )
+    return length
+
+
+def _field(file, position: int, size: int, path: str) -> bytes:
+    return file.read(_length(file, position, size, path))
+
+
+def _check_chunk(path: str, header: bytes, length: int) -> None:
+    """@param header fields `length name=value` of a record, @param length of its data [bytes]"""
+    fields = {}
+    while len(header) >= 4:
+        end = 4 + struct.unpack("<I", header[:4])[0]
+        name, _, value = header[4:end].partition(b"=")
+        fields[name], header = value, header[end:]
+    unpacked = fields.get(b"size", b"")
+    if fields.get(b"op") != b"\x05" or len(unpacked) != 4:
+        return
+    claimed = struct.unpack("<I", unpacked)[0]
+    packed = fields.get(b"compression", b"none") != b"none"
+    if claimed > (max(CHUNK_BYTES, CHUNK_RATIO * length) if packed else length):
+        raise InputError(f"{path}: not a readable bag, or a damaged one: a chunk of {length} bytes claims {claimed}")
+
+
+@contextmanager
+def reading(path: str):
+    """An open bag to read from. @throws InputError for whatever rosbag cannot read, also while it is read."""
+    with open_bag(path) as bag:
+        try:
+            yield bag
+        except (InputError, MemoryError, KeyboardInterrupt):
+            raise
+        except Exception as error:  # see open_bag
+            raise _damaged(path, error) from None
 
 
 def _pose_of(message):
@@ -51,7 +131,7 @@ def read_trajectory_topic(path: str, topic: str) -> Trajectory:
     carries no poses.
     """
     messages = []
-    with open_bag(path) as bag:
+    with reading(path) as bag:
         topics = bag.get_type_and_topic_info().topics
         if topic not in topics:
             raise InputError(f"{path}: no topic {topic}; it has: {', '.join(sorted(topics)) or 'none'}")
@@ -59,6 +139,8 @@ def read_trajectory_topic(path: str, topic: str) -> Trajectory:
         for _, message, _ in bag.read_messages(topics=[topic]):
             if kind == "nav_msgs/Path":
                 messages = message.poses
+            elif not messages and _pose_of(message) is None:
+                break  # of another type: no need to read all of it
             else:
                 messages.append(message)
     poses = [_pose_of(message) for message in messages]
@@ -66,7 +148,12 @@ def read_trajectory_topic(path: str, topic: str) -> Trajectory:
         raise InputError(f"{path}: topic {topic} ({kind}) carries no stamped poses")
     stamps = [message.header.stamp.to_sec() for message in messages]
     positions = [[position.x, position.y, position.z] for position, _ in poses]
+    values = np.array(positions)
+    if not np.isfinite(values).all() or (np.abs(values) > MAX_NUMBER).any():
+        raise InputError(f"{path}: topic {topic}: a position that is not finite, or immense")
     quaternions = np.array([[turn.x, turn.y, turn.z, turn.w] for _, turn in poses])
+    if not np.isfinite(quaternions).all() or (np.abs(quaternions) > MAX_NUMBER).any():
+        raise InputError(f"{path}: topic {topic}: a quaternion that is not finite")
     if (np.linalg.norm(quaternions, axis=1) < 1e-6).any():
         raise InputError(f"{path}: topic {topic}: a quaternion of length zero")
     return Trajectory(positions, geometry.matrices_from_quaternions(quaternions), stamps, topic).check()
@@ -78,16 +165,32 @@ def writing(path: str):
     bag.
     """
     part = path + ".part"
-    os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise InputError(f"{path}: cannot be written: there is a folder or device of this name")
+    try:
+        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     bag = open_bag(part, "w")
     try:
         yield bag
         bag.close()
         os.replace(part, path)
-    except BaseException:
-        bag.close()
-        os.unlink(part)
+    except BaseException as error:
+        _give_up(bag, part)
+        if isinstance(error, OSError) and error.filename is None:  # of the bag itself: the disk is full
+            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
         raise
+
+
+def _give_up(bag, part: str) -> None:
+    """Closes a bag that is not wanted any more, and removes its file."""
+    try:
+        bag.close()
+    except Exception:  # what cannot be closed (the disk is full) is dropped all the same
+        pass
+    if os.path.exists(part):
+        os.unlink(part)
 
 
 def write(bag, topic: str, message, stamp_ns: int) -> None:
@@ -121,10 +224,10 @@ def static_transform(stamp_ns: int, parent: str, child: str, rotation, translati
     return TFMessage([TransformStamped(header(stamp_ns, parent), child, transform)])
 
 
-def camera_info(head, width: int, height: int, matrix, projection=None, distortion=(0.0,) * 5):
-    """sensor_msgs/CameraInfo, plumb_bob; matrix (3, 3) [px], distortion k1 k2 p1 p2 k3, projection (3, 4)
-    [px].
-    """
+def camera_info(
+    head, width: int, height: int, matrix, projection=None, distortion=(0.0,) * 5, model: str = "plumb_bob"
+):
+    """sensor_msgs/CameraInfo; matrix (3, 3) [px], distortion as `model` has it, projection (3, 4) [px]."""
     from sensor_msgs.msg import CameraInfo
 
     matrix = np.asarray(matrix, dtype=float)
@@ -134,7 +237,7 @@ def camera_info(head, width: int, height: int, matrix, projection=None, distorti
         header=head,
         width=width,
         height=height,
-        distortion_model="plumb_bob",
+        distortion_model=model,
         D=list(distortion),
         K=matrix.ravel().tolist(),
         R=np.eye(3).ravel().tolist(),

@@ -1,48 +1,109 @@
-"""A camera's intrinsics from a hand-written file (config/calibration/phone_example.yaml shows one)."""
+"""A camera's intrinsics from a file: hand-written (config/calibration/phone_example.yaml shows one), or as ROS's
+camera_calibration and OpenCV leave it.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from ratslam_tools import text_file
 from ratslam_tools.datasets import flat_yaml
 from ratslam_tools.errors import InputError
 
 REQUIRED = ("image_width", "image_height", "fx", "fy", "cx", "cy")
 DISTORTION = ("k1", "k2", "p1", "p2", "k3")
+# Coefficients of each of the lens models of sensor_msgs/CameraInfo; more of them must be zero.
+MODELS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}
+SYNONYMS = {"radtan": "plumb_bob", "fisheye": "equidistant", "kannala_brandt": "equidistant"}
+MAX_SIZE, MAX_FOCAL = 65535, 1e6  # [px]
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Pinhole camera with plumb_bob distortion."""
+    """Pinhole camera with one of ROS's lens models."""
 
     width: int  # [px]
     height: int
     matrix: np.ndarray  # (3, 3) [px]
-    distortion: tuple  # k1, k2, p1, p2, k3
+    distortion: tuple  # in the order of ROS and OpenCV
+    model: str = "plumb_bob"
 
 
 def read(path: str) -> Calibration:
     """@throws InputError for a missing or unknown key, or a value that no camera can have."""
-    texts = flat_yaml.read(path)
-    unknown = sorted(set(texts) - set(REQUIRED) - set(DISTORTION))
-    missing = [key for key in REQUIRED if key not in texts]
+    entries = flat_yaml.load(path)
+    if isinstance(entries.get("camera_matrix"), dict):
+        return _ros_form(path, entries)
+    unknown = sorted(set(entries) - set(REQUIRED) - set(DISTORTION))
+    missing = [key for key in REQUIRED if key not in entries]
     if unknown or missing:
         what = f"unknown key {unknown[0]}" if unknown else f"no {missing[0]}"
-        raise InputError(f"{path}: {what}; the keys are {', '.join(REQUIRED + DISTORTION)}")
-    values = {}
-    for key, text in texts.items():
-        try:
-            values[key] = float(text)
-        except ValueError:
-            values[key] = np.nan
-        if not np.isfinite(values[key]):
-            raise InputError(f"{path}: {key}: '{text}' is not a finite number")
-        if key in ("fx", "fy", "image_width", "image_height") and values[key] <= 0:
-            raise InputError(f"{path}: {key}: {text} is not allowed: above 0")
+        raise InputError(
+            f"{path}: {what}; the keys are {', '.join(REQUIRED + DISTORTION)}, or those of ROS's camera_calibration"
+        )
+    values = {key: _number(path, key, text) for key, text in entries.items()}
     matrix = np.array([[values["fx"], 0, values["cx"]], [0, values["fy"], values["cy"]], [0, 0, 1]])
     return Calibration(
-        int(values["image_width"]),
-        int(values["image_height"]),
-        matrix,
+        _size(path, "image_width", values["image_width"]),
+        _size(path, "image_height", values["image_height"]),
+        _checked(path, matrix),
         tuple(values.get(key, 0.0) for key in DISTORTION),
     )
+
+
+def _ros_form(path: str, entries: dict) -> Calibration:
+    for key in ("image_width", "image_height"):
+        if key not in entries:
+            raise InputError(f"{path}: no {key}")
+    matrix = np.array(_data(path, entries, "camera_matrix"))
+    if matrix.size != 9:
+        raise InputError(f"{path}: camera_matrix: {matrix.size} numbers; 9 are expected")
+    named = entries.get("distortion_model", "plumb_bob")
+    name = SYNONYMS.get(str(named), str(named))
+    if name not in MODELS:
+        raise InputError(f"{path}: distortion_model: '{named}' is none of {', '.join(MODELS)}")
+    has_some = "distortion_coefficients" in entries
+    coefficients = _data(path, entries, "distortion_coefficients") if has_some else []
+    count = MODELS[name]
+    if any(coefficients[count:]):
+        raise InputError(f"{path}: distortion_coefficients: {name} has {count}, here are {len(coefficients)}")
+    coefficients = (coefficients + [0.0] * count)[:count]
+    return Calibration(
+        _size(path, "image_width", _number(path, "image_width", entries["image_width"])),
+        _size(path, "image_height", _number(path, "image_height", entries["image_height"])),
+        _checked(path, matrix.reshape(3, 3)),
+        tuple(coefficients),
+        name,
+    )
+
+
+def _data(path: str, entries: dict, key: str) -> list:
+    """The numbers of `key: {rows, cols, data: [...]}`."""
+    entry = entries[key]
+    data = entry.get("data") if isinstance(entry, dict) else entry
+    if not isinstance(data, list):
+        raise InputError(f"{path}: {key}: 'data: [...]' is expected")
+    return [_number(path, key, text) for text in data]
+
+
+def _number(path: str, key: str, text) -> float:
+    try:
+        return text_file.finite_number(text if isinstance(text, str) else repr(text))
+    except ValueError:
+        raise InputError(f"{path}: {key}: '{text_file.shown(str(text))}' is not a finite number") from None
+
+
+def _size(path: str, key: str, value: float) -> int:
+    if not 0 < value <= MAX_SIZE or value != int(value):
+        raise InputError(f"{path}: {key}: {value:g} is not allowed: a whole number, above 0, up to {MAX_SIZE}")
+    return int(value)
+
+
+def _checked(path: str, matrix: np.ndarray) -> np.ndarray:
+    for key, value in (("fx", matrix[0, 0]), ("fy", matrix[1, 1])):
+        if not 1e-3 <= value <= MAX_FOCAL:
+            raise InputError(f"{path}: {key}: {value:g} is not allowed: above 0, up to {MAX_FOCAL:g}")
+    for key, value in (("cx", matrix[0, 2]), ("cy", matrix[1, 2])):
+        if abs(value) > MAX_FOCAL:
+            raise InputError(f"{path}: {key}: {value:g} is not allowed: within {MAX_FOCAL:g}")
+    return matrix

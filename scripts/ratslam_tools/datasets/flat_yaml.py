@@ -1,31 +1,54 @@
-"""Flat YAML, `key: value` a line with `#` comments: all that configurations and calibrations here need."""
+"""YAML as configurations and calibrations here need it: scalars stay the text that they are in the file."""
 
-import re
-from typing import Dict
+from typing import Any, Dict
 
-from ratslam_tools.errors import InputError
+import yaml
 
-LINE = re.compile(r"^([A-Za-z_][A-Za-z0-9_]*)\s*:\s+(.*)$")
+from ratslam_tools import text_file
+from ratslam_tools.errors import InputError, one_line
+
+
+class _Loader(yaml.BaseLoader):
+    """Scalars as text; a key that is given twice is an error, where YAML's own rule is to take the last."""
+
+    def construct_mapping(self, node, deep=False):
+        if not isinstance(node, yaml.MappingNode):
+            return super().construct_mapping(node, deep)
+        seen = set()
+        for key, _ in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise yaml.constructor.ConstructorError(None, None, "a key is no single word", key.start_mark)
+            if key.value in seen:
+                raise yaml.constructor.ConstructorError(None, None, f"{key.value} is given twice", key.start_mark)
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def load(path: str) -> Dict[str, Any]:
+    """The mapping in a file, as deep as it goes, every scalar as text. OpenCV's `%YAML:1.0` and its tags are
+    passed over. @throws InputError naming line and reason.
+    """
+    text = text_file.read_text(path)
+    if text.startswith("%YAML:"):
+        text = "#" + text.replace("!!opencv-matrix", "")
+    try:
+        value = yaml.load(text, _Loader)  # scalars, lists and mappings alone: nothing is constructed from tags
+    except yaml.MarkedYAMLError as error:
+        line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
+        raise InputError(f"{path}{line}: {one_line(error.problem or error.context or 'not YAML')}") from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not YAML: {one_line(error)[:100]}") from None
+    if value is None or value == "":
+        return {}
+    if not isinstance(value, dict):
+        raise InputError(f"{path}: not of the form 'key: value', a line each")
+    return value
 
 
 def read(path: str) -> Dict[str, str]:
-    """Keys and values as text. @throws InputError naming the line that is of another form or repeats a
-    key.
-    """
-    values: Dict[str, str] = {}
-    try:
-        with open(path, encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
-                text = re.sub(r"(^|\s)#.*$", "", line).rstrip()
-                if not text or text == "---":
-                    continue
-                match = LINE.match(text)
-                if match is None:
-                    raise InputError(f"{path}:{number}: not of the form 'key: value': '{text[:60]}'")
-                if match.group(1) in values:
-                    raise InputError(f"{path}:{number}: {match.group(1)} is given twice")
-                values[match.group(1)] = match.group(2).strip().strip("'\"")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not a text file"
-        raise InputError(f"{path}: cannot be read: {reason}") from None
+    """Keys and values of a flat file. @throws InputError naming a key that holds more than one value."""
+    values = load(path)
+    for key, value in values.items():
+        if not isinstance(value, str):
+            raise InputError(f"{path}: {key}: a single value is expected")
     return values

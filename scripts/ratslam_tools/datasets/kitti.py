@@ -5,17 +5,17 @@ Raw: `image_0N/{data,timestamps.txt}`, `oxts/{data,timestamps.txt}`, calibration
 """
 
 import os
+import re
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from typing import Dict, List, Optional
 
 import numpy as np
 
-from ratslam_tools.trajectory import frames, geodesy, geometry
+from ratslam_tools import text_file
+from ratslam_tools.datasets.images import list_files, list_images, times_of
 from ratslam_tools.errors import InputError
-from ratslam_tools.trajectory import Trajectory, read_times, read_trajectory
-
-IMAGE_ENDINGS = (".png", ".jpg", ".jpeg")
+from ratslam_tools.trajectory import Trajectory, frames, geodesy, geometry, read_times, read_trajectory
 
 
 @dataclass
@@ -55,38 +55,35 @@ def nanoseconds(seconds) -> List[int]:
     return [int(value) for value in np.rint(np.asarray(seconds, dtype=float) * 1e9)]
 
 
-def list_images(folder: str) -> List[str]:
-    """Paths of the images of a folder in the order of their names. @throws InputError if there are none."""
-    if not os.path.isdir(folder):
-        raise InputError(f"{folder}: no such folder")
-    images = sorted(name for name in os.listdir(folder) if name.lower().endswith(IMAGE_ENDINGS))
-    if not images:
-        raise InputError(f"{folder}: no images ({', '.join(IMAGE_ENDINGS)})")
-    return [os.path.join(folder, name) for name in images]
-
-
 def read_calibration(path: str) -> Dict[str, np.ndarray]:
-    """Lines `key: numbers` of a KITTI calibration file; other lines (dates) are left out."""
+    """Lines `key: numbers` of a KITTI calibration file; other lines (dates, comments) are left out."""
     values = {}
-    try:
-        with open(path, encoding="utf-8") as file:
-            for line in file:
-                key, _, text = line.partition(":")
-                try:
-                    values[key.strip()] = np.array([float(word) for word in text.split()])
-                except ValueError:
-                    continue
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    for _, line in text_file.read_lines(path):
+        key, colon, text = line.partition(":")
+        try:
+            if colon:
+                values[key.strip()] = np.array([text_file.finite_number(word) for word in text.split()])
+        except ValueError:
+            continue
     return values
 
 
-def _matrix(path: str, key: str, *keys_and_shapes) -> np.ndarray:
-    """Entry `key` of a calibration file as an array of the given shape."""
+def _matrix(path: str, keys, *shape: int) -> np.ndarray:
+    """The first of the entries `keys` that a calibration file has, as an array of the given shape."""
     values = read_calibration(path)
-    if key not in values or values[key].size != int(np.prod(keys_and_shapes)):
-        raise InputError(f"{path}: no {key} of {int(np.prod(keys_and_shapes))} numbers")
-    return values[key].reshape(keys_and_shapes)
+    key = next((key for key in keys if key in values), None)
+    count = int(np.prod(shape))
+    if key is None or values[key].size != count:
+        raise InputError(f"{path}: no line '{keys[0]}:' with {count} numbers")
+    return values[key].reshape(shape)
+
+
+def _projection(path: str, camera: int) -> np.ndarray:
+    """Projection (3, 4) [px] of a camera, under the benchmark's name or that of the raw drives."""
+    matrix = _matrix(path, (f"P{camera}", f"P_rect_{camera:02d}"), 3, 4)
+    if not (matrix[0, 0] > 0 and matrix[1, 1] > 0):
+        raise InputError(f"{path}: P{camera}: focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px; above 0")
+    return matrix
 
 
 def is_raw(folder: str) -> bool:
@@ -105,47 +102,61 @@ def poses_file(folder: str) -> Optional[str]:
     return next((path for path in (os.path.join(folder, "poses.txt"), beside) if os.path.isfile(path)), None)
 
 
+def _image_folder(folder: str, camera: int) -> str:
+    """image_N of a sequence. @throws InputError naming those that are there instead."""
+    path = os.path.join(folder, f"image_{camera}")
+    if not os.path.isdir(path):
+        others = [number for number in range(4) if os.path.isdir(os.path.join(folder, f"image_{number}"))]
+        hint = f"; image_{others[0]} is there: --camera {others[0]}" if others else ""
+        raise InputError(f"{path}: no such folder{hint}")
+    return path
+
+
 def read_sequence(folder: str, camera: int = 0) -> Drive:
     """A sequence of the odometry benchmark. Truth, where there is some, is that of base_link at the left grey
     camera.
     """
-    images = list_images(os.path.join(folder, f"image_{camera}"))
-    times = read_times(os.path.join(folder, "times.txt"))
-    if len(times) != len(images):
-        raise InputError(f"{folder}: {len(images)} images and {len(times)} times")
-    if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-        raise InputError(f"{folder}/times.txt: times must be finite and increase")
-    stamps_ns = nanoseconds(times)
-    drive = Drive(images, stamps_ns, _matrix(os.path.join(folder, "calib.txt"), f"P{camera}", 3, 4))
+    images = list_images(_image_folder(folder, camera))
+    path = os.path.join(folder, "times.txt")
+    times = read_times(path)
+    wrong = np.flatnonzero(np.diff(times) <= 0)
+    if len(wrong):
+        raise InputError(
+            f"{path}: time {wrong[0] + 2} ({times[wrong[0] + 1]:.9g} s) does not lie after the one before it "
+            f"({times[wrong[0]]:.9g} s); times must increase from image to image"
+        )
+    rows = times_of(images, len(times), path)
+    stamps_ns = nanoseconds(times[rows])
+    drive = Drive(images, stamps_ns, _projection(os.path.join(folder, "calib.txt"), camera))
     path = poses_file(folder)
     if path is not None:
         truth = frames.convert(read_trajectory(path, "kitti"), "camera", "base")
-        if len(truth) != len(images):
-            raise InputError(f"{path}: {len(truth)} poses for {len(images)} images")
-        truth.stamps = times
+        if len(truth) != len(times):
+            raise InputError(f"{path}: {len(truth)} poses for {len(times)} times of images")
+        truth = truth.select(rows)
+        truth.stamps = times[rows]
         drive.truth, drive.truth_stamps_ns = truth, stamps_ns
     return drive
 
 
 def read_timestamps(path: str) -> List[int]:
     """Lines `2011-09-26 13:02:25.964389445` (UTC) as nanoseconds since 1970."""
-    stamps = []
-    try:
-        with open(path, encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
-                text = line.strip()
-                if not text:
-                    continue
-                whole, _, fraction = text.partition(".")
-                try:
-                    moment = datetime.strptime(whole, "%Y-%m-%d %H:%M:%S").replace(tzinfo=timezone.utc)
-                    stamps.append(int(moment.timestamp()) * 10**9 + int(fraction[:9].ljust(9, "0")))
-                except ValueError:
-                    raise InputError(
-                        f"{path}:{number}: no time of the form 2011-09-26 13:02:25.964389445"
-                    ) from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    stamps: List[int] = []
+    for number, text in text_file.read_lines(path):
+        whole, _, fraction = text.partition(".")
+        try:
+            if fraction and re.fullmatch("[0-9]+", fraction) is None:
+                raise ValueError(fraction)
+            moment = datetime.strptime(whole, "%Y-%m-%d %H:%M:%S").replace(tzinfo=timezone.utc)
+            stamps.append(int(moment.timestamp()) * 10**9 + int(fraction[:9].ljust(9, "0")))
+        except ValueError:
+            raise InputError(
+                f"{path}:{number}: '{text_file.shown(text)}' is no time of the form 2011-09-26 13:02:25.964389445"
+            ) from None
+        if not 0 <= stamps[-1] < 2**32 * 10**9:
+            raise InputError(f"{path}:{number}: {text_file.shown(text)} lies outside 1970 to 2106")
+        if len(stamps) > 1 and stamps[-1] <= stamps[-2]:
+            raise InputError(f"{path}:{number}: the time does not lie after the one before it")
     return stamps
 
 
@@ -158,14 +169,13 @@ def read_oxts(folder: str) -> Trajectory:
     """
     rows = []
     data = os.path.join(folder, "oxts", "data")
-    for name in sorted(os.listdir(data)):
-        with open(os.path.join(data, name), encoding="utf-8") as file:
-            words = file.read().split()
+    for name in list_files(data):
+        words = text_file.read_text(os.path.join(data, name)).split()
         try:
-            rows.append([float(word) for word in words[:6]])
+            rows.append([text_file.finite_number(word) for word in words[:6]])
         except ValueError:
             rows.append([])
-        if len(rows[-1]) != 6:
+        if len(rows[-1]) != 6 or not abs(rows[-1][0]) < 90:
             raise InputError(
                 f"{os.path.join(data, name)}: no latitude, longitude, altitude, roll, pitch and yaw"
             )
@@ -193,7 +203,7 @@ def read_raw(folder: str, camera: int = 0) -> Drive:
         raise InputError(f"{folder}: {len(images)} images and {len(stamps_ns)} times")
     above = os.path.dirname(os.path.abspath(folder))
     intrinsics = os.path.join(above, "calib_cam_to_cam.txt")
-    drive = Drive(images, stamps_ns, _matrix(intrinsics, f"P_rect_{camera:02d}", 3, 4))
+    drive = Drive(images, stamps_ns, _projection(intrinsics, camera))
     if os.path.isdir(os.path.join(folder, "oxts", "data")):
         drive.truth = read_oxts(folder)
         drive.truth_stamps_ns = read_timestamps(os.path.join(folder, "oxts", "timestamps.txt"))
@@ -207,9 +217,12 @@ def read_raw(folder: str, camera: int = 0) -> Drive:
     if all(map(os.path.isfile, chain)):
         camera_from_unit = np.eye(4)
         for path in chain:
-            camera_from_unit = _rigid(_matrix(path, "R", 3, 3), _matrix(path, "T", 3)) @ camera_from_unit
-        camera_from_unit = _rigid(_matrix(intrinsics, "R_rect_00", 3, 3), np.zeros(3)) @ camera_from_unit
-        unit_from_camera = np.linalg.inv(camera_from_unit)
+            camera_from_unit = _rigid(_matrix(path, ("R",), 3, 3), _matrix(path, ("T",), 3)) @ camera_from_unit
+        camera_from_unit = _rigid(_matrix(intrinsics, ("R_rect_00",), 3, 3), np.zeros(3)) @ camera_from_unit
+        try:
+            unit_from_camera = np.linalg.inv(camera_from_unit)
+        except np.linalg.LinAlgError:
+            raise InputError(f"{chain[0]}, {chain[1]}: R is no rotation matrix") from None
         drive.camera_rotation, drive.camera_translation = unit_from_camera[:3, :3], unit_from_camera[:3, 3]
     return drive
 

@@ -4,30 +4,32 @@ CSV without heads. Newer: data_image.txt (ms, path), data_imu.txt (ms, ax, ay, a
 [rad/s]), data_gps.txt (ms, latitude, longitude [deg], altitude, accuracy [m], bearing [deg], speed [m/s],
 provider).
 Older: imu_data.txt and gps_data.txt, no index of images, which are named by nanoseconds.
-Times are those of the phone's callbacks: they jitter, repeat, and may be out of order.
+Times are those of the phone's callbacks: they jitter, repeat, and may be out of order. Times in microseconds
+or nanoseconds are told by their number of digits (stamp_of).
 """
 
 import os
+import re
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import List, Optional
+from typing import List, Optional, Tuple
 
 import numpy as np
 
-from ratslam_tools.trajectory import geodesy, geometry
+from ratslam_tools import text_file
+from ratslam_tools.datasets.clock import clock_set_back
+from ratslam_tools.datasets.images import ENDINGS, list_files
 from ratslam_tools.errors import InputError
-from ratslam_tools.trajectory import Trajectory
+from ratslam_tools.trajectory import Trajectory, geodesy, geometry
 
 FILES = {
     "image": ("data_image.txt",),
     "imu": ("data_imu.txt", "imu_data.txt"),
     "gps": ("data_gps.txt", "gps_data.txt"),
 }
-IMAGE_ENDINGS = (".jpeg", ".jpg", ".png")
-NANOSECONDS_PER_MS = 10**6
-# A number of this many digits cannot be Unix milliseconds before the year 5138.
-NANOSECOND_DIGITS = 15
+MAX_STAMP_NS = 2**32 * 10**9  # what a stamp of ROS can hold
 MIN_SPEED_FOR_BEARING = 1.0  # [m/s]; a phone's bearing is noise below it
+MAX_NUMBER = 1e9  # no sensor's reading is larger
 
 
 @dataclass
@@ -42,9 +44,8 @@ class Recording:
     imu_stamps: List[int] = field(default_factory=list)
     imu: np.ndarray = field(default_factory=lambda: np.zeros((0, 6)))  # ax ay az gx gy gz
     gps_stamps: List[int] = field(default_factory=list)
-    gps: np.ndarray = field(
-        default_factory=lambda: np.zeros((0, 6))
-    )  # latitude longitude altitude accuracy bearing speed
+    # latitude longitude altitude accuracy bearing speed; NaN where the phone did not know (never a position's)
+    gps: np.ndarray = field(default_factory=lambda: np.zeros((0, 6)))
     dropped: Counter = field(default_factory=Counter)
 
 
@@ -53,29 +54,15 @@ def is_recording(folder: str) -> bool:
     return any(os.path.isfile(os.path.join(folder, name)) for names in FILES.values() for name in names)
 
 
-def _path(folder: str, kind: str) -> Optional[str]:
-    paths = (os.path.join(folder, name) for name in FILES[kind])
-    return next((path for path in paths if os.path.isfile(path)), None)
-
-
-def _rows(path: str, columns: int, dropped: Counter, what: str) -> list:
-    """Words of each line that has an integer time and at least `columns` words; others are counted."""
-    rows = []
-    with open(path, encoding="utf-8", errors="replace") as file:
-        for line in file:
-            words = [word.strip() for word in line.split(",")]
-            if words == [""]:
-                continue
-            if len(words) < columns or not words[0].isdigit():
-                dropped[f"malformed {what} line"] += 1
-            else:
-                rows.append(words)
-    return rows
-
-
-def stamp_of(digits: str) -> int:
-    """Nanoseconds of a time written in milliseconds or nanoseconds."""
-    return int(digits) * (1 if len(digits) >= NANOSECOND_DIGITS else NANOSECONDS_PER_MS)
+def stamp_of(digits: str) -> Optional[int]:
+    """Nanoseconds of a time: 16 digits are Unix microseconds, up to 14 milliseconds, others nanoseconds. None for
+    what is no time.
+    """
+    if re.fullmatch("[0-9]{1,19}", digits) is None:
+        return None
+    unit = 10**6 if len(digits) <= 14 else 10**3 if len(digits) == 16 else 1
+    stamp = int(digits) * unit
+    return stamp if stamp < MAX_STAMP_NS else None
 
 
 def read(folder: str) -> Recording:
@@ -94,35 +81,52 @@ def read(folder: str) -> Recording:
 def read_gps_log(path: str) -> Recording:
     """Only the GPS of a recording: `path` is its folder or the log itself."""
     log = _path(path, "gps") if os.path.isdir(path) else path
-    if log is None or not os.path.isfile(log):
+    if log is None:
         raise InputError(f"{path}: no GPS log ({' or '.join(FILES['gps'])})")
     recording = Recording(path)
     _read_gps(recording, log)
+    if not recording.gps_stamps:
+        left_out = ", ".join(f"{reason}: {count}" for reason, count in sorted(recording.dropped.items()) if count)
+        raise InputError(f"{log}: no GPS fix with a position ({left_out or 'the file is empty'})")
     return recording
+
+
+def _path(folder: str, kind: str) -> Optional[str]:
+    paths = (os.path.join(folder, name) for name in FILES[kind])
+    return next((path for path in paths if os.path.isfile(path)), None)
+
+
+def _rows(path: str, least: int, most: int, dropped: Counter, what: str) -> List[Tuple[int, List[str]]]:
+    """(stamp, words after it) of each line that has a time and at least `least` words; others are counted.
+
+    @throws InputError for a line of more than `most` words without a decimal point: its decimals are written
+        with the commas that part the columns.
+    """
+    rows = []
+    for number, line in text_file.read_lines(path):
+        words = [word.strip() for word in line.split(",")]
+        stamp = stamp_of(words[0])
+        if stamp is None or len(words) < least:
+            dropped[f"malformed {what} line"] += 1
+            continue
+        if len(words) > most and not any("." in word for word in words[1:]):
+            raise InputError(
+                f"{path}:{number}: {len(words)} columns in '{text_file.shown(line)}': decimals are written with the "
+                "commas that part the columns; write them with points"
+            )
+        rows.append((stamp, words[1:]))
+    return rows
 
 
 def _read_images(recording: Recording) -> None:
     index = _path(recording.folder, "image")
-    if index is not None:
-        found = [
-            (stamp_of(words[0]), os.path.join(recording.folder, words[1]))
-            for words in _rows(index, 2, recording.dropped, "image")
-        ]
-    else:
-        inside = os.path.join(recording.folder, "images")
-        inside = inside if os.path.isdir(inside) else recording.folder
-        names = [os.path.splitext(name) for name in os.listdir(inside)]
-        found = [
-            (stamp_of(stem), os.path.join(inside, stem + ending))
-            for stem, ending in names
-            if ending.lower() in IMAGE_ENDINGS and stem.isdigit()
-        ]
+    found = _indexed_images(recording, index) if index is not None else _named_images(recording)
     last = -1
-    for stamp, path in sorted(found):
-        if not os.path.isfile(path):
-            recording.dropped["missing image file"] += 1
-        elif stamp == last:
+    for stamp, path in sorted(found, key=lambda image: (image[0], not os.path.isfile(image[1]), image[1])):
+        if stamp == last:
             recording.dropped["image with a repeated stamp"] += 1
+        elif not os.path.isfile(path):
+            recording.dropped["missing image file"] += 1
         else:
             recording.images.append(path)
             recording.image_stamps.append(stamp)
@@ -132,35 +136,69 @@ def _read_images(recording: Recording) -> None:
         raise InputError(f"{recording.folder}: no images {expected}")
 
 
-def _numbers(rows: list, count: int, dropped: Counter, what: str):
-    """(stamp, numbers) of rows sorted by time; rows with words that are no finite numbers are counted and
-    left out.
-    """
+def _indexed_images(recording: Recording, index: str) -> List[Tuple[int, str]]:
+    rows = _rows(index, 2, np.iinfo(int).max, recording.dropped, "image")
+    for _, words in rows:
+        if os.path.isabs(words[0]) or ".." in words[0].split("/") or "\0" in words[0]:
+            raise InputError(f"{index}: '{text_file.shown(words[0])}' does not lie within the recording's folder")
+    found = [(stamp, os.path.join(recording.folder, words[0])) for stamp, words in rows]
+    jump = clock_set_back(found)
+    if jump is not None:
+        stamp, seconds = jump
+        raise InputError(
+            f"{index}: the phone's clock was set back by {seconds:.3f} s before the image of {stamp // 10**6} ms: the "
+            "times before and after it overlap; keep the lines before it or those from it on, and do each part alone"
+        )
+    if any(after[0] < before[0] for before, after in zip(found, found[1:])):
+        recording.dropped["images out of order (sorted)"] += 1
+    return found
+
+
+def _named_images(recording: Recording) -> List[Tuple[int, str]]:
+    inside = os.path.join(recording.folder, "images")
+    inside = inside if os.path.isdir(inside) else recording.folder
     found = []
-    for words in rows:
-        try:
-            numbers = [float(word) for word in words[1 : 1 + count]]
-        except ValueError:
-            numbers = []
-        numbers += [np.nan] * (count - len(numbers))
-        found.append((stamp_of(words[0]), numbers))
+    for name in list_files(inside):
+        stem, ending = os.path.splitext(name)
+        stamp = stamp_of(stem)
+        if ending.lower() in ENDINGS and stamp is not None:
+            found.append((stamp, os.path.join(inside, name)))
+        elif ending.lower() in ENDINGS:
+            recording.dropped["image whose name is no time"] += 1
+    return found
+
+
+def _numbers(rows: list, count: int, dropped: Counter, what: str):
+    """(stamp, numbers) of rows sorted by time; words that are no finite numbers become NaN."""
+    found = []
+    for stamp, words in rows:
+        numbers = [_finite_or_nan(word) for word in words[:count]]
+        found.append((stamp, numbers + [np.nan] * (count - len(numbers))))
     if any(after[0] < before[0] for before, after in zip(found, found[1:])):
         dropped[f"{what} out of order (sorted)"] += 1
     return sorted(found, key=lambda item: item[0])
+
+
+def _finite_or_nan(word: str) -> float:
+    try:
+        number = text_file.finite_number(word)
+    except ValueError:
+        return np.nan
+    return number if abs(number) <= MAX_NUMBER else np.nan
 
 
 def _read_imu(recording: Recording) -> None:
     path = _path(recording.folder, "imu")
     if path is None:
         return
-    samples = _numbers(_rows(path, 7, recording.dropped, "IMU"), 6, recording.dropped, "IMU samples")
+    samples = _numbers(_rows(path, 7, 8, recording.dropped, "IMU"), 6, recording.dropped, "IMU samples")
     whole = [sample for sample in samples if np.isfinite(sample[1]).all()]
     recording.dropped["IMU sample that is no number"] += len(samples) - len(whole)
     repeats = Counter(stamp for stamp, _ in whole)
     seen: Counter = Counter()
     for stamp, _ in whole:
         # Several samples within one millisecond are all real: they share it evenly.
-        recording.imu_stamps.append(stamp + seen[stamp] * NANOSECONDS_PER_MS // repeats[stamp])
+        recording.imu_stamps.append(stamp + seen[stamp] * 10**6 // repeats[stamp])
         seen[stamp] += 1
     recording.imu = np.array([numbers for _, numbers in whole]).reshape(-1, 6)
 
@@ -171,19 +209,17 @@ def _read_gps(recording: Recording, path: Optional[str]) -> None:
     last = -1
     fixes = []
     for stamp, numbers in _numbers(
-        _rows(path, 5, recording.dropped, "GPS"), 6, recording.dropped, "GPS fixes"
+        _rows(path, 3, 9, recording.dropped, "GPS"), 6, recording.dropped, "GPS fixes"
     ):
         latitude, longitude = numbers[:2]
-        if (
-            not np.isfinite(numbers[:3]).all()
-            or abs(latitude) > 90
-            or abs(longitude) > 180
-            or latitude == longitude == 0
-        ):
+        # NaN fails every comparison; (0, 0) is what a phone writes before it knows.
+        if not (abs(latitude) <= 90 and abs(longitude) <= 180) or latitude == longitude == 0:
             recording.dropped["GPS fix without a position"] += 1
         elif stamp == last:
             recording.dropped["GPS fix with a repeated stamp"] += 1
         else:
+            if not np.isfinite(numbers[2]):
+                recording.dropped["GPS fix without an altitude (that of the fix before it is taken)"] += 1
             fixes.append(numbers)
             recording.gps_stamps.append(stamp)
             last = stamp
@@ -200,16 +236,23 @@ def gps_track(recording: Recording, rows: np.ndarray) -> Trajectory:
     """Path of the given fixes in East-North-Up about the first of them; x of the body points along the
     bearing.
 
-    Where the phone is too slow to have a bearing, the last one holds; before the first, the first.
+    Where the phone is too slow to have a bearing, the last one holds; before the first, the first; the same for
+    altitudes that are not known.
     """
     latitude, longitude, altitude, _, bearing, speed = recording.gps[rows].T
+    altitude = _carried_on(altitude, np.isfinite(altitude))
     positions = geodesy.local_enu(latitude, longitude, altitude, (latitude[0], longitude[0], altitude[0]))
     known = np.isfinite(bearing) & (np.nan_to_num(speed) >= MIN_SPEED_FOR_BEARING)
-    yaw = np.zeros(len(rows))
-    if known.any():
-        latest = np.maximum.accumulate(np.where(known, np.arange(len(rows)), -1))
-        latest[latest < 0] = np.argmax(known)
-        yaw = np.radians(90.0 - bearing[latest])
+    yaw = np.radians(90.0 - _carried_on(bearing, known)) if known.any() else np.zeros(len(rows))
     rotations = np.array([geometry.rotation_about_z(angle) for angle in yaw])
     stamps = np.array([recording.gps_stamps[row] for row in rows]) * 1e-9
     return Trajectory(positions, rotations, stamps, f"{recording.folder}: GPS").check()
+
+
+def _carried_on(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Unknown values replaced by the last known one, before the first by the first; zeros where none is known."""
+    if not known.any():
+        return np.zeros(len(values))
+    latest = np.maximum.accumulate(np.where(known, np.arange(len(values)), -1))
+    latest[latest < 0] = np.argmax(known)
+    return values[latest]

@@ -49,7 +49,7 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
 
 
 def _truth_topic(path: str) -> str:
-    with bags.open_bag(path) as bag:
+    with bags.reading(path) as bag:
         topics = sorted(bag.get_type_and_topic_info().topics)
     found = [topic for topic in topics if topic.split("/")[-1] == TRUTH_TOPIC]
     if len(found) != 1:

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Optional
 
-from ratslam_tools.trajectory import association, frames
-from ratslam_tools.trajectory import Trajectory
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import Trajectory, association, frames
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,15 @@ class Comparison:
         return len(self.reference) / self.reference_poses
 
 
-def compare(reference: Trajectory, estimate: Trajectory, settings: Settings, needs_body: bool) -> Comparison:
+def compare(
+    reference: Trajectory, estimate: Trajectory, settings: Settings, needs_body: bool, world_matters: bool = False
+) -> Comparison:
     """Converts, matches, projects and aligns.
 
     @param needs_body the errors to be taken depend on the body axes (RPE, or any rotation): both must then
         share them.
+    @param world_matters the errors depend on how the two worlds are turned against each other (rotations of
+        APE; not RPE, which looks at steps).
     @throws InputError for what cannot be compared, see association.associate and frames.require_same_axis.
     """
     if settings.ref_frame is not None:
@@ -72,12 +76,12 @@ def compare(reference: Trajectory, estimate: Trajectory, settings: Settings, nee
     if settings.plane is not None:
         matched, followed = frames.project(matched, settings.plane), frames.project(followed, settings.plane)
     alignment = association.fit_alignment(
-        matched, followed, settings.align, settings.correct_scale, settings.n_to_align
+        matched, followed, settings.align, settings.correct_scale, settings.n_to_align, not world_matters
     )
     return Comparison(matched, alignment.apply(followed), alignment, len(reference), convention)
 
 
-def on_ground(compared: Comparison, settings: Settings) -> Optional[Comparison]:
+def on_ground(compared: Comparison, settings: Settings, positions_only: bool = True) -> Optional[Comparison]:
     """The same comparison on the reference's ground plane; None where it has none or is projected already.
 
     The estimate is projected after it was brought onto the reference (its own world may be tilted), and then
@@ -89,7 +93,10 @@ def on_ground(compared: Comparison, settings: Settings) -> Optional[Comparison]:
     plane = frames.GROUND[compared.convention]
     reference = frames.project(compared.reference, plane)
     estimate = frames.project(frames.laid_level(compared.estimate, plane), plane)
-    alignment = association.fit_alignment(
-        reference, estimate, settings.align, settings.correct_scale, settings.n_to_align
-    )
+    try:
+        alignment = association.fit_alignment(
+            reference, estimate, settings.align, settings.correct_scale, settings.n_to_align, positions_only
+        )
+    except InputError:  # seen from above a straight road, or a lift, whatever the heights say
+        return None
     return replace(compared, reference=reference, estimate=alignment.apply(estimate), alignment=alignment)

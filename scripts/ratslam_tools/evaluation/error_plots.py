@@ -37,7 +37,7 @@ def draw_coloured(axes, result, largest: float, label: str):
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"{'xyz'[first]} [m]")
     axes.set_ylabel(f"{'xyz'[second]} [m]")
-    axes.set_title(label)
+    axes.set_title(plotting.literal(label))
     axes.legend(loc="best", fontsize=8)
     return artist
 
@@ -70,11 +70,11 @@ def errors_figure(pyplot, results, title: str, quantity: str):
         stamps = result.compared.reference.stamps
         ends = np.asarray(result.ends)
         times = ends if stamps is None else stamps[ends] - stamps[0]
-        axes.plot(times, result.errors, linewidth=0.9, label=result.name)
+        axes.plot(times, result.errors, linewidth=0.9, label=plotting.literal(result.name))
     axes.set_xlabel("pose" if results[0].compared.reference.stamps is None else "time [s]")
     axes.set_ylabel(quantity)
     axes.set_ylim(bottom=0.0)
     axes.grid(alpha=0.3)
     axes.legend(loc="best", fontsize=8)
-    figure.suptitle(title)
+    figure.suptitle(plotting.literal(title))
     return figure

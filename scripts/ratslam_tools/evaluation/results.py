@@ -3,10 +3,10 @@
 import json
 from typing import Dict, List, Optional
 
+from ratslam_tools import text_file
 from ratslam_tools.evaluation import comparison, metrics
-from ratslam_tools.trajectory import frames
-from ratslam_tools.errors import InputError
 from ratslam_tools.table import format_table
+from ratslam_tools.trajectory import frames
 
 
 class Result:
@@ -47,9 +47,9 @@ def evaluate_ape(reference, estimates, settings, relation="trans_part") -> List[
     needs_body = relation != "trans_part"
     results = []
     for estimate in estimates:
-        compared = comparison.compare(reference, estimate, settings, needs_body)
+        compared = comparison.compare(reference, estimate, settings, needs_body, world_matters=needs_body)
         errors = metrics.ape(compared.reference, compared.estimate, relation)
-        ground = comparison.on_ground(compared, settings)
+        ground = comparison.on_ground(compared, settings, positions_only=not needs_body)
         on_ground = None if ground is None else metrics.ape(ground.reference, ground.estimate, relation)
         plane = None if ground is None else frames.GROUND[compared.convention]
         results.append(Result(estimate.name, compared, errors, range(len(errors)), on_ground, plane))
@@ -117,9 +117,6 @@ def print_results(title: str, reference, results: List[Result]) -> None:
 
 def write_json(path: str, record: Dict) -> None:
     """@throws InputError if the file cannot be written."""
-    try:
-        with open(path, "w", encoding="utf-8") as file:
-            json.dump(record, file, indent=1)
-            file.write("\n")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    with text_file.writing(path) as file:
+        json.dump(record, file, indent=1)
+        file.write("\n")

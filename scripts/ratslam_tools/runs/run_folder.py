@@ -3,7 +3,6 @@
 Only what a figure needs has to be there; every reader names the file and line that it cannot take.
 """
 
-import csv
 import json
 import os
 import re
@@ -11,7 +10,8 @@ from typing import Dict, Optional
 
 import numpy as np
 
-from ratslam_tools.errors import InputError
+from ratslam_tools import text_file
+from ratslam_tools.errors import InputError, one_line
 from ratslam_tools.trajectory import Trajectory, read_trajectory
 
 EXPERIENCE_KEYS = ("id", "x", "y", "z", "yaw", "log_scale")
@@ -48,22 +48,17 @@ def read_map(path: str) -> Map:
     """Reads map.yaml, one experience or link a line in flow style (docs/evaluation.md has the format)."""
     entries: Dict[str, list] = {"experiences": [], "links": []}
     section = None
-    try:
-        with open(path, encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
-                match = ENTRY.match(line)
-                if match is None:
-                    name = line.split(":", 1)[0].strip()
-                    if name in entries:
-                        section = name
-                    continue
-                if section is None:
-                    raise InputError(f"{path}:{number}: an entry outside experiences and links")
-                pairs = (item.partition(":") for item in match.group(1).split(","))
-                entries[section].append({key.strip(): value.strip() for key, _, value in pairs})
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not a text file"
-        raise InputError(f"{path}: cannot be read: {reason}") from None
+    for number, line in text_file.read_lines(path):
+        match = ENTRY.match(line)
+        if match is None:
+            name = line.split(":", 1)[0].strip()
+            if name in entries:
+                section = name
+            continue
+        if section is None:
+            raise InputError(f"{path}:{number}: an entry outside experiences and links")
+        pairs = (item.partition(":") for item in match.group(1).split(","))
+        entries[section].append({key.strip(): value.strip() for key, _, value in pairs})
     if not entries["experiences"]:
         raise InputError(f"{path}: no experiences")
     nodes = {key: _column(path, entries["experiences"], key) for key in EXPERIENCE_KEYS}
@@ -78,7 +73,7 @@ def _column(path: str, entries: list, key: str) -> np.ndarray:
     """
     optional = key in ("z", "log_scale", "stamp", "view_id")
     try:
-        column = np.array([float(entry.get(key, 0.0) if optional else entry[key]) for entry in entries])
+        column = np.array([text_file.number(entry.get(key, "0") if optional else entry[key]) for entry in entries])
     except KeyError:
         raise InputError(f"{path}: an entry has no {key}") from None
     except ValueError as error:
@@ -90,23 +85,20 @@ def _column(path: str, entries: list, key: str) -> np.ndarray:
 
 def read_columns(path: str) -> Dict[str, np.ndarray]:
     """A CSV file with a head as a dict of number arrays."""
-    try:
-        with open(path, encoding="utf-8", newline="") as file:
-            lines = [line for line in csv.reader(file) if line]
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not a text file"
-        raise InputError(f"{path}: cannot be read: {reason}") from None
+    lines = [(number, line.split(",")) for number, line in text_file.read_lines(path)]
     if not lines:
         raise InputError(f"{path}: empty")
-    try:
-        table = np.array([[float(word) for word in line] for line in lines[1:]]).reshape(len(lines) - 1, -1)
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
-    if len(table) and table.shape[1] != len(lines[0]):
-        raise InputError(f"{path}: {table.shape[1]} columns under a head of {len(lines[0])}")
-    return {
-        name.strip(): table[:, column] if len(table) else np.zeros(0) for column, name in enumerate(lines[0])
-    }
+    names = [name.strip() for name in lines[0][1]]
+    rows = []
+    for number, words in lines[1:]:
+        if len(words) != len(names):
+            raise InputError(f"{path}:{number}: {len(words)} columns under a head of {len(names)}")
+        try:
+            rows.append([text_file.number(word) for word in words])
+        except ValueError as error:
+            raise InputError(f"{path}:{number}: {error}") from None
+    table = np.array(rows).reshape(len(rows), len(names))
+    return {name: table[:, column] for column, name in enumerate(names)}
 
 
 class Run:
@@ -155,10 +147,9 @@ class Run:
 def read_json(path: str) -> dict:
     """A JSON object."""
     try:
-        with open(path, encoding="utf-8") as file:
-            value = json.load(file)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
+        value = json.loads(text_file.read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not JSON: {one_line(error)}") from None
     if not isinstance(value, dict):
         raise InputError(f"{path}: not a JSON object")
     return value

@@ -12,6 +12,8 @@ from ratslam_tools.trajectory import Trajectory
 
 MIN_MATCHES = 3
 MAX_STAMP_DIFFERENCE_S = 0.01
+# Of a path's length: what lies nearer to a line than files of positions are rounded to lies on it.
+LINE_WIDTH = 1e-6
 
 
 def match_stamps(
@@ -100,17 +102,27 @@ class Alignment:
         return trajectory.transformed(self.rotation, self.translation, self.scale)
 
 
+def on_a_line(positions: np.ndarray) -> bool:
+    """Whether positions (n, 3) lie on one line."""
+    spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    return bool(spread[1] <= LINE_WIDTH * spread[0])
+
+
 def fit_alignment(
     reference: Trajectory,
     estimate: Trajectory,
     align: bool,
     correct_scale: bool,
     n_to_align: Optional[int] = None,
+    positions_only: bool = True,
 ) -> Alignment:
     """Alignment of matched trajectories: rigid (align), similarity (both), scale about the origin
     (correct_scale), or none.
 
     @param n_to_align only the first so many poses decide; all without it.
+    @param positions_only nothing but the positions of these poses is looked at once they are aligned.
+    @throws InputError where the poses that decide lie on one line, so that the rotation about it is not
+        determined, and something depends on that rotation.
     """
     if not align and not correct_scale:
         return Alignment(np.eye(3), np.zeros(3), 1.0)
@@ -120,9 +132,16 @@ def fit_alignment(
     for trajectory in (reference, estimate):
         if np.ptp(trajectory.positions[rows], axis=0).max() < 1e-9:
             raise InputError(
-                f"{trajectory.name}: the first {n_to_align} matched poses lie at one point: nothing to "
-                f"align by"
+                f"{trajectory.name}: the poses to align by lie at one point"
             )
+    lines = [trajectory.name for trajectory in (reference, estimate) if on_a_line(trajectory.positions[rows])]
+    all_on_it = len(lines) == 2 and all(on_a_line(each.positions) for each in (reference, estimate))
+    if align and lines and not (positions_only and all_on_it):
+        which = "matched poses" if n_to_align is None else f"first {n_to_align} matched poses"
+        raise InputError(
+            f"{lines[0]}: the {which} lie on one line: the rotation about it is not determined, and with it the "
+            f"alignment"
+        )
     rotation, translation, scale = geometry.umeyama(
         reference.positions[rows], estimate.positions[rows], correct_scale
     )

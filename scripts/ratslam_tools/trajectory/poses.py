@@ -4,16 +4,21 @@ TUM line: `stamp x y z qx qy qz qw`; KITTI line: the 12 numbers of a row-major 3
 comment.
 """
 
+import re
 from typing import Optional
 
 import numpy as np
 
-from ratslam_tools.trajectory import geometry
+from ratslam_tools import text_file
 from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import geometry
 
 COLUMNS = {"tum": 8, "kitti": 12}
+MAX_TIME_S = 2.0**32  # what a stamp of ROS can hold
 # Written with few digits, a rotation matrix is off by 1e-6 or so; more than this is another kind of file.
 MAX_ROTATION_DEFECT = 1e-2
+# No path leads farther [m]; squares and sums of such numbers are still numbers.
+MAX_NUMBER = 1e12
 
 
 class Trajectory:
@@ -92,37 +97,47 @@ def read_table(path: str) -> np.ndarray:
     line.
     """
     rows, width = [], None
-    try:
-        with open(path, encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
-                text = line.split("#", 1)[0].replace(",", " ").split()
-                if not text:
-                    continue
-                try:
-                    row = [float(word) for word in text]
-                except ValueError:
-                    raise InputError(f"{path}:{number}: not a number: '{line.strip()[:60]}'") from None
-                if width is not None and len(row) != width:
-                    raise InputError(
-                        f"{path}:{number}: {len(row)} columns where the lines before have {width}"
-                    )
-                width = len(row)
-                rows.append(row)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'not a text file'}"
-        ) from None
+    for number, line in text_file.read_lines(path):
+        text = line.split("#", 1)[0]
+        if not text.strip():
+            continue
+        words = text.replace(",", " ").split()
+        try:
+            row = [text_file.number(word) for word in words]
+        except ValueError:
+            raise InputError(f"{path}:{number}: not a number: '{text_file.shown(line)}'") from None
+        if _has_decimal_commas(text):
+            raise InputError(
+                f"{path}:{number}: decimals are written with commas: '{text_file.shown(line)}'; write them with points"
+            )
+        if width is not None and len(row) != width:
+            raise InputError(f"{path}:{number}: {len(row)} columns where the lines before have {width}")
+        width = len(row)
+        rows.append(row)
     if not rows:
         raise InputError(f"{path}: holds no poses")
     return np.array(rows)
+
+
+def _has_decimal_commas(line: str) -> bool:
+    """Whether commas stand within numbers that blanks, tabs or semicolons part: `0,1 2,5`."""
+    words = line.split()
+    return len(words) > 1 and any(re.fullmatch(r"[-+]?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?", word) for word in words)
 
 
 def read_times(path: str) -> np.ndarray:
     """Stamps (n,) [s] of a KITTI times.txt."""
     table = read_table(path)
     if table.shape[1] != 1:
-        raise InputError(f"{path}: {table.shape[1]} columns; a file of times has one")
-    return table[:, 0]
+        commas = "; write decimals with points, not commas" if table.shape[1] == 2 else ""
+        raise InputError(f"{path}: {table.shape[1]} columns; a file of times has one, in seconds{commas}")
+    times = table[:, 0]
+    wrong = np.flatnonzero(~((times >= 0) & (times < MAX_TIME_S)))
+    if len(wrong):
+        raise InputError(
+            f"{path}: time {wrong[0] + 1} ({times[wrong[0]]:g} s) lies outside 0 to 2^32 s; times are in seconds"
+        )
+    return times
 
 
 def read_trajectory(
@@ -142,10 +157,15 @@ def read_trajectory(
         expected = f"{COLUMNS[form]} ({form.upper()})" if form in COLUMNS else "8 (TUM) or 12 (KITTI)"
         raise InputError(f"{path}: {columns} columns; {expected} are expected")
     if form == "tum":
-        if np.isfinite(table).all() and (np.linalg.norm(table[:, 4:], axis=1) < 1e-6).any():
+        bad = np.flatnonzero(~np.isfinite(table).all(axis=1) | (np.abs(table) > MAX_NUMBER).any(axis=1))
+        if len(bad):
+            raise InputError(f"{path}: pose {bad[0] + 1} has a NaN, infinite or immense value")
+        if (np.linalg.norm(table[:, 4:], axis=1) < 1e-6).any():
             raise InputError(f"{path}: a quaternion of length zero")
         rotations = geometry.matrices_from_quaternions(table[:, 4:])
         return Trajectory(table[:, 1:4], rotations, table[:, 0], path).check(allow_repeats)
+    if (np.abs(table) > MAX_NUMBER).any():
+        raise InputError(f"{path}: a pose has an immense value")
     poses = table.reshape(-1, 3, 4)
     trajectory = Trajectory(poses[:, :, 3], poses[:, :, :3], None, path).check()
     defect = np.abs(geometry.transpose(trajectory.rotations) @ trajectory.rotations - np.eye(3)).max(
@@ -166,7 +186,7 @@ def write_tum(path: str, trajectory: Trajectory) -> None:
     if trajectory.stamps is None:
         raise InputError(f"{trajectory.name}: its poses have no stamps; give --times")
     quaternions = geometry.quaternions_from_matrices(trajectory.rotations)
-    with open(path, "w", encoding="utf-8") as file:
+    with text_file.writing(path) as file:
         for stamp, position, quaternion in zip(trajectory.stamps, trajectory.positions, quaternions):
             file.write(
                 f"{stamp:.9f} " + " ".join(f"{value:.9g}" for value in (*position, *quaternion)) + "\n"
@@ -176,6 +196,6 @@ def write_tum(path: str, trajectory: Trajectory) -> None:
 def write_kitti(path: str, trajectory: Trajectory) -> None:
     """Writes the 12 numbers of each pose matrix, one pose a line."""
     matrices = np.concatenate([trajectory.rotations, trajectory.positions[:, :, None]], axis=2)
-    with open(path, "w", encoding="utf-8") as file:
+    with text_file.writing(path) as file:
         for matrix in matrices.reshape(-1, 12):
             file.write(" ".join(f"{value:.9g}" for value in matrix) + "\n")

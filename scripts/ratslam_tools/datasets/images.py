@@ -1,0 +1,100 @@
+"""Image files: their pixels, and the order of a folder of them."""
+
+import os
+import re
+from typing import List, Sequence
+
+import numpy as np
+
+from ratslam_tools.errors import InputError
+
+ENDINGS = (".png", ".jpg", ".jpeg")
+_DIGITS = re.compile(r"([0-9]+)")
+
+
+def natural_key(name: str) -> tuple:
+    """Sort key in which runs of digits count as numbers: image9.png before image10.png."""
+    parts = _DIGITS.split(name)
+    words = [part if index % 2 == 0 else (part.lstrip("0") or "0") for index, part in enumerate(parts)]
+    return tuple((len(word), word) if index % 2 else (0, word) for index, word in enumerate(words)) + ((0, name),)
+
+
+def list_files(folder: str) -> List[str]:
+    """Names in a folder in natural order; those that begin with a dot (left by foreign systems) are left out.
+
+    @throws InputError if it cannot be read.
+    """
+    try:
+        names = os.listdir(folder)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read: {error.strerror}") from None
+    return sorted((name for name in names if not name.startswith(".")), key=natural_key)
+
+
+def list_images(folder: str) -> List[str]:
+    """Paths of the images of a folder in natural order. @throws InputError if there are none."""
+    if not os.path.isdir(folder):
+        raise InputError(f"{folder}: no such folder")
+    paths = [os.path.join(folder, name) for name in list_files(folder) if name.lower().endswith(ENDINGS)]
+    images = [path for path in paths if not os.path.isdir(path)]
+    if not images:
+        raise InputError(f"{folder}: no images ({', '.join(ENDINGS)})")
+    return images
+
+
+def times_of(images: Sequence[str], count: int, path: str) -> List[int]:
+    """Which of `count` times in the file `path` belongs to each image.
+
+    As many times as images: one after the other. More times: the numbers in the images' names tell, counted
+    from 0, from 1 where the last number is that of the last time, or from the first where first and last fit.
+    @throws InputError where they do not tell, or there are fewer times than images.
+    """
+    if count == len(images):
+        return list(range(count))
+    complaint = f"{path}: {count} times for {len(images)} images"
+    if count < len(images):
+        raise InputError(complaint)
+    numbers = _numbers(images)
+    if numbers is None:
+        raise InputError(f"{complaint}, whose names do not tell which of them is missing")
+    first, last = numbers[0], numbers[-1]
+    if last == count and first >= 1:
+        base = 1
+    elif last < count:
+        base = 0
+    elif last - first + 1 == count:
+        base = first
+    else:
+        raise InputError(f"{complaint} numbered {first} to {last}: which time is whose is not clear")
+    return [number - base for number in numbers]
+
+
+def _numbers(images: Sequence[str]):
+    """The rising numbers at the ends of names that are alike before them; None where there are none."""
+    numbers, before = [], set()
+    for path in images:
+        match = re.fullmatch(r"(.*?)([0-9]{1,18})", os.path.splitext(os.path.basename(path))[0])
+        if match is None:
+            return None
+        before.add(match.group(1))
+        numbers.append(int(match.group(2)))
+    rising = all(after > number for number, after in zip(numbers, numbers[1:]))
+    return numbers if len(before) == 1 and rising else None
+
+
+def load_image(path: str, colour: bool) -> np.ndarray:
+    """The pixels of an image file as they are stored, grey (h, w) or BGR (h, w, 3); a tag that asks for turning
+    is not obeyed. @throws InputError for what is no readable image.
+    """
+    import cv2
+
+    flags = (cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE) | cv2.IMREAD_IGNORE_ORIENTATION
+    image = None
+    if os.path.isfile(path):
+        try:
+            image = cv2.imread(path, flags)
+        except cv2.error:
+            pass
+    if image is None:
+        raise InputError(f"{path}: not a readable image")
+    return image
