@@ -90,7 +90,7 @@ def convert(path: str):
                 try:
                     text_file.finite_number(value)
                 except ValueError:
-                    raise InputError(f"{path}: [{section}] {key}: '{value}' is not a number") from None
+                    raise InputError(f"{path}: [{section}] {key}: '{text_file.shown(value)}' is not a number") from None
             lines.append(f"{name}: {json.dumps(value)}" if name in GENERAL else f"{name}: {value}")
     if not seen:
         raise InputError(
