@@ -2,7 +2,7 @@
 ///
 /// A State is a tree of names. Each name holds an array of numbers (type, shape, bytes) or another State. A
 /// State with rows is a table: all its arrays are columns with one entry a row, and a column whose entries
-/// have different lengths says where each ends. A map file (system/map_file.h) keeps States on disk.
+/// have different lengths says where each ends. A map file (system/map_store.h) keeps States on disk.
 ///
 /// A stage writes and reads itself with the same list of fields:
 ///
