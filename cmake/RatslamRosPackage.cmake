@@ -1,9 +1,25 @@
 # The package as catkin sees it: messages, what it exports, where devel and install files go.
 # Comes before all targets, because catkin decides where they are put.
 
+# rosrun leaves out whatever lies under <package>/build. Built there, the devel space therefore goes beside it, where a
+# workspace would have it; build/devel leads to it.
+if(NOT CATKIN_DEVEL_PREFIX AND PROJECT_BINARY_DIR STREQUAL "${PROJECT_SOURCE_DIR}/build")
+  set(CATKIN_DEVEL_PREFIX ${PROJECT_SOURCE_DIR}/devel)
+  set(former_devel_space ${PROJECT_BINARY_DIR}/devel)
+  if(IS_DIRECTORY ${former_devel_space} AND NOT IS_SYMLINK ${former_devel_space})
+    file(REMOVE_RECURSE ${former_devel_space})
+  endif()
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR})
+  execute_process(COMMAND ${CMAKE_COMMAND} -E create_symlink ../devel ${former_devel_space})
+endif()
+
 # catkin takes down at configure time which of its folders there are, and hands tests only those: the messages' Python
 # folder must be there before the first build has filled it, or the first run of the tests does not find them.
-file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/devel/lib/python3/dist-packages)
+if(CATKIN_DEVEL_PREFIX)
+  file(MAKE_DIRECTORY ${CATKIN_DEVEL_PREFIX}/lib/python3/dist-packages)
+else()
+  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/devel/lib/python3/dist-packages)
+endif()
 
 set(ratslam_ros_dependencies
   cv_bridge diagnostic_msgs geometry_msgs nav_msgs rosbag_storage roscpp sensor_msgs std_msgs std_srvs

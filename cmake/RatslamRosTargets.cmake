@@ -32,7 +32,8 @@ install(TARGETS ratslam ratslam_ros LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DES
 install(TARGETS ${node_targets} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY include/ratslam include/ratslam_ros DESTINATION ${CATKIN_GLOBAL_INCLUDE_DESTINATION})
 install(DIRECTORY launch config DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-# The Python scripts, and beside them the package they share.
+# The Python scripts, and beside them the package they share. No catkin_install_python: its relays in the devel space
+# would give rosrun two programs of each name, and ours name their interpreter already.
 file(GLOB candidates CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/*)
 set(python_scripts)
 foreach(file ${candidates})
@@ -43,7 +44,7 @@ foreach(file ${candidates})
     endif()
   endif()
 endforeach()
-catkin_install_python(PROGRAMS ${python_scripts} DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+install(PROGRAMS ${python_scripts} DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY scripts/ratslam_tools DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} PATTERN __pycache__ EXCLUDE)
 
 if(RATSLAM_TESTS AND CATKIN_ENABLE_TESTING)

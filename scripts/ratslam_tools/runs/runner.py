@@ -16,7 +16,6 @@ BUILD_PLACES = (
     "devel/lib/ratslam_ros",
     "../../devel/lib/ratslam_ros",
     "../devel/lib/ratslam_ros",
-    "build/devel/lib/ratslam_ros",
     "build-core",
     "build",
     "../../install/lib/ratslam_ros",
