@@ -96,7 +96,9 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
 
 ParameterMap readParameters(const RunOptions& options) {
   ParameterMap map;
-  if (!options.config.empty()) map = ParameterMap::fromFile(options.config);
+  std::vector<std::string> remarks;
+  if (!options.config.empty()) map = ParameterMap::fromFile(options.config, &remarks);
+  for (const std::string& remark : remarks) std::cout << "ratslam_run: " << remark << '\n';
   for (const std::string& assignment : options.assignments) map.setFromAssignment(assignment);
   map.rejectUnknown(systemKeys());
   return map;

@@ -3,8 +3,10 @@
 import math
 import os
 import shutil
+import signal
 import sys
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -53,10 +55,10 @@ class Streams(unittest.TestCase):
         for node in self.nodes:
             node.interrupt()
 
-    def start(self, name, **parameters):
-        """A node under a namespace of the test's own."""
-        node = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}",
-                                  topic_root=self.root, **parameters)
+    def start(self, name, *arguments, **parameters):
+        """A node under a namespace of the test's own; it drops nothing unless it is told to."""
+        parameters = {"topic_root": self.root, "image_queue_size": 0, **parameters}
+        node = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", *arguments, **parameters)
         self.nodes.append(node)
         return node
 
@@ -92,6 +94,46 @@ class Streams(unittest.TestCase):
         self.assertEqual([m.header.stamp for m in templates.messages],
                          [harness.stamp(harness.frame_stamp(i)) for i in (0, 1, 3, 5)])
         self.assertTrue(node.said(r"image skipped: corrupt compressed image"), node.output())
+
+    def test_a_slow_node_drops_old_images_and_says_so(self):
+        node = self.start("ratslam_lv", image_queue_size=2)
+        templates = self.collector("LocalView/Template", ViewTemplate)
+        images = self.publisher("camera/image", Image)
+        images.publish(harness.image_message(self.frame(0), harness.frame_stamp(0)))
+        self.assertTrue(templates.has(1), node.output())
+        node.process.send_signal(signal.SIGSTOP)  # as slow as a machine can be
+        for index in range(1, 200):
+            images.publish(harness.image_message(self.frame(index), harness.frame_stamp(index)))
+        time.sleep(0.5)
+        node.process.send_signal(signal.SIGCONT)
+        self.assertTrue(node.said(r"camera/image: images dropped, they come faster than they are processed; results are "
+                                  r"[0-9.]+ s behind \([0-9]+ so far\)"), node.output())
+        last = harness.stamp(harness.frame_stamp(199))
+        self.assertTrue(harness.wait_until(lambda: templates.messages[-1].header.stamp == last), node.output())
+
+    def test_cameras_that_do_not_stamp_are_stamped_by_arrival(self):
+        node = self.start("ratslam_lv", stamp_source="arrival")
+        templates = self.collector("LocalView/Template", ViewTemplate)
+        images = self.publisher("camera/image", Image)
+        begin = rospy.Time.now()
+        for index in range(3):
+            images.publish(harness.image_message(self.frame(index), 0))
+            self.assertTrue(templates.has(index + 1), node.output())
+        stamps = [message.header.stamp for message in templates.messages]
+        self.assertTrue(begin <= stamps[0] < stamps[1] < stamps[2] <= rospy.Time.now())
+
+    def test_remapping_the_images_carries_to_their_transport_and_calibration(self):
+        node = self.start("ratslam_orb_vo", f"{self.root}/camera/image:=/usb{self.root}/image_raw", image_transport="compressed")
+        odometry = self.collector("odom", Odometry)
+        info = CameraInfo(width=harness.WIDTH, height=harness.HEIGHT)
+        info.K = [46.0, 0, 80, 0, 46.0, 30, 0, 0, 1]
+        calibration = rospy.Publisher(f"/usb{self.root}/camera_info", CameraInfo, queue_size=10)
+        images = rospy.Publisher(f"/usb{self.root}/image_raw/compressed", CompressedImage, queue_size=10)
+        for publisher in (calibration, images):
+            self.assertTrue(harness.wait_until(lambda p=publisher: p.get_num_connections() > 0), publisher.resolved_name)
+        calibration.publish(info)
+        images.publish(harness.compressed_message(self.frame(0), harness.frame_stamp(0)))
+        self.assertTrue(odometry.has(1), node.output())
 
     def test_encodings_of_one_picture_are_one_view(self):
         node = self.start("ratslam_lv")

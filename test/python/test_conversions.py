@@ -69,7 +69,16 @@ def test_openratslam_configuration(tmp_path, run):
         "exp_loops": "20",
         "vtrans_image_x_min": "195",
         "camera_fov_deg": "53",
+        "exp_solver": "relaxation",
     }
+    assert "exp_solver: relaxation is added" in result.stderr
+
+
+def test_keys_of_our_own_in_an_openratslam_configuration(tmp_path, run):
+    (tmp_path / "config.txt").write_text(STLUCIA.replace("exp_loops=20", "exp_loops=20\nexp_solver=graph"))
+    result = run("ini_to_yaml", tmp_path / "config.txt", tmp_path / "out.yaml", "--strict")
+    assert result.returncode == 0 and "exp_solver" not in result.stderr
+    assert flat_yaml.read(str(tmp_path / "out.yaml"))["exp_solver"] == "graph"
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ import pytest
 from conftest import SCRIPTS
 from ratslam_tools.cli import benchmark, plot_run, plot_scale, report, reproduce_paper, sweep
 from ratslam_tools.datasets import truth
-from ratslam_tools.runs import activity_figure, run_figures, run_folder, runner
+from ratslam_tools.runs import activity_figure, grid, run_figures, run_folder, runner
 from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory, write_kitti, write_tum
@@ -240,7 +240,7 @@ def test_truth_finds_its_times(tmp_path, drive, layout):
     ],
 )
 def test_ranges(text, values):
-    found = sweep.parse_vary(text)[1]
+    found = grid.parse_vary(text)[1]
     assert found == (values or ["0", "0.3", "0.6", "0.9"])
 
 
@@ -263,7 +263,7 @@ def test_ranges(text, values):
 )
 def test_ranges_that_are_none(text):
     with pytest.raises(InputError, match="--vary"):
-        sweep.parse_vary(text)
+        grid.parse_vary(text)
 
 
 def sweep_words(program, tmp_path, *vary):
@@ -291,8 +291,9 @@ def test_sweep_finds_the_optimum_and_does_not_repeat_itself(program, tmp_path, c
     assert "pc_vt_inject_energy=0.2" in capsys.readouterr().out
     with open(tmp_path / "out" / "sweep.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 6 and {row["final_coverage"] for row in rows} == {"1.0"}
-    assert min(rows, key=lambda row: float(row["final_mean"]))["pc_vt_inject_energy"] == "0.2"
+    assert len(rows) == 6 and {row["ape.final.coverage"] for row in rows} == {"1.0"}
+    assert min(rows, key=lambda row: float(row["ape.final.mean"]))["pc_vt_inject_energy"] == "0.2"
+    assert {row["counts.recalls"] for row in rows} == {"1.0"}
     for key in ("pc_vt_inject_energy", "other"):
         assert (tmp_path / "out" / f"ape_over_{key}.png").exists()
     sweep.main(words[:-1] + ["other=1,2,3"])
@@ -307,6 +308,54 @@ def test_sweep_computes_orb_odometry_once_where_nothing_varied_can_change_it(
     assert sum("--odometry orb" in call for call in calls(program)) == runs_from_images
     from_file = f"--odometry {tmp_path / 'out' / 'odometry' / 'odometry.csv'}"
     assert sum(from_file in call for call in calls(program)) == (2 if runs_from_images == 1 else 0)
+
+
+def test_among_equals_none_is_the_best(program, tmp_path, capsys):
+    sweep.main(sweep_words(program, tmp_path, "other=1,2"))
+    assert "all have the same ape.final.mean" in capsys.readouterr().out
+    sweep.main(sweep_words(program, tmp_path, "pc_vt_inject_energy=0.1:0.2:0.1", "other=1,2"))
+    told = capsys.readouterr().out
+    assert "2 share the best ape.final.mean" in told and "other=1" in told and "other=2" in told
+
+
+def test_any_figure_may_be_the_goal_and_needs_no_truth(program, tmp_path, capsys):
+    words = sweep_words(program, tmp_path, "other=1,2")
+    at = words.index("--truth")
+    del words[at : at + 2]
+    with pytest.raises(InputError, match="ape.final.mean needs --truth"):
+        sweep.main(words)
+    sweep.main(words + ["--goal", "counts.recalls", "--largest"])
+    assert "same counts.recalls, 1" in capsys.readouterr().out
+    assert (tmp_path / "out" / "counts.recalls_over_other.png").exists()
+    with pytest.raises(InputError, match="no run has counts.birds; there are .*counts.recalls"):
+        sweep.main(words + ["--goal", "counts.birds"])
+
+
+def test_shards_put_together_are_the_whole_sweep(program, tmp_path, capsys):
+    vary = ("pc_vt_inject_energy=0.1:0.3:0.1", "other=1,2")
+    whole = sweep_words(program, tmp_path, *vary)
+    sweep.main(whole)
+    expected = (tmp_path / "out" / "sweep.csv").read_text()
+    told = capsys.readouterr().out
+    parts = []
+    for number in (1, 2, 3, 4):
+        part = str(tmp_path / f"part{number}")
+        parts.append(part)
+        words = [part if word == str(tmp_path / "out") else word for word in whole]
+        sweep.main(words + ["--shard", f"{number}/4"])
+        assert not os.path.exists(os.path.join(part, "sweep.csv"))
+    assert len(calls(program)) == 12
+    capsys.readouterr()
+    merged = [str(tmp_path / "merged") if word == str(tmp_path / "out") else word for word in whole]
+    sweep.main(merged + ["--merge", *parts])
+    assert len(calls(program)) == 12
+    assert (tmp_path / "merged" / "sweep.csv").read_text() == expected
+    assert capsys.readouterr().out.splitlines()[0] == told.splitlines()[0]
+    with pytest.raises(InputError, match="2 of 6 runs failed.*no shard has left it"):
+        sweep.main(merged + ["--merge", *parts[:1], *parts[2:]])
+    for bad in ("0/4", "5/4", "1", "a/b"):
+        with pytest.raises(InputError, match="K/N"):
+            sweep.main(whole + ["--shard", bad])
 
 
 def test_sweep_goes_on_after_failures_and_says_so(program, tmp_path):

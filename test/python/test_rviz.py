@@ -1,6 +1,9 @@
 """The rviz configuration shows topics that the nodes publish."""
 
+import copy
 import glob
+import importlib.machinery
+import importlib.util
 import os
 import re
 
@@ -9,13 +12,21 @@ import pytest
 from conftest import SOURCE
 
 yaml = pytest.importorskip("yaml")
-PRIVATE = re.compile(r"^/ratslam_[a-z_]+/")  # topics of one node's own
+PRIVATE = re.compile(r"^ratslam_[a-z_]+/")  # topics of one node's own
 
 
 @pytest.fixture(name="config")
 def rviz_config():
     with open(os.path.join(SOURCE, "config", "rviz", "ratslam.rviz"), encoding="utf-8") as file:
         return yaml.safe_load(file)
+
+
+@pytest.fixture(name="open_rviz")
+def open_rviz_script():
+    loader = importlib.machinery.SourceFileLoader("open_rviz", os.path.join(SOURCE, "scripts", "open_rviz"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("open_rviz", loader))
+    loader.exec_module(module)
+    return module
 
 
 def names_in_nodes():
@@ -42,4 +53,30 @@ def test_relative_names_follow_the_namespace_of_the_launch_file(config):
     shown = {display["Class"] for display in displays}
     assert {"rviz/TF", "rviz/Marker", "rviz/Pose", "rviz/Path", "rviz/Image"} <= shown
     images = [display["Image Topic"] for display in displays if display["Class"] == "rviz/Image"]
-    assert len(images) == 3 and not any(topic.startswith("/") for topic in images)
+    assert len(images) == 3
+
+
+def all_topics(config):
+    manager = config["Visualization Manager"]
+    keys = ("Topic", "Image Topic", "Marker Topic")
+    return [entry[key] for entry in manager["Displays"] + manager["Tools"] for key in keys if key in entry]
+
+
+def test_no_topic_is_absolute_so_that_two_robots_have_two_pictures(config):
+    assert not [topic for topic in all_topics(config) if topic.startswith("/")]
+
+
+def test_everything_is_drawn_at_the_size_of_the_map(config, open_rviz):
+    small = open_rviz.adapted(copy.deepcopy(config), 0.02, "irat_red", "rat/map", "rat/base_link")
+
+    def arrow(which):
+        shown = {entry["Class"]: entry for entry in which["Visualization Manager"]["Displays"]}["rviz/Pose"]
+        return shown["Shaft Length"] + shown["Head Length"]
+
+    assert arrow(config) == 9
+    assert arrow(small) == pytest.approx(0.18)
+    manager = small["Visualization Manager"]
+    assert manager["Global Options"]["Fixed Frame"] == "rat/map"
+    assert manager["Views"]["Current"]["Target Frame"] == "rat/base_link"
+    assert "irat_red/ExperienceMap/MapMarker" in all_topics(small)
+    assert "ratslam_orb_vo/landmarks" in all_topics(small)

@@ -25,11 +25,13 @@ class ParameterMap {
  public:
   /// Flat `key: value` YAML. @throws std::runtime_error naming file, line and reason
   static ParameterMap fromYaml(const std::string& path);
-  /// OpenRatSLAM's ini: [general] topic_root, [ratslam], [visual_odometry]; [draw] is left out and `ignored`
-  /// says so. @throws std::runtime_error naming file, line and reason
-  static ParameterMap fromIni(const std::string& path, std::vector<std::string>* ignored = nullptr);
+  /// OpenRatSLAM's ini: [general] topic_root, [ratslam], [visual_odometry]; [draw] is left out. It means
+  /// OpenRatSLAM's map: what it does not say comes from its arithmetic, not from our own.
+  /// @param remarks  gets a line for everything that is left out or implied
+  /// @throws std::runtime_error naming file, line and reason
+  static ParameterMap fromIni(const std::string& path, std::vector<std::string>* remarks = nullptr);
   /// By the file's ending: .txt and .ini are OpenRatSLAM's, everything else is YAML.
-  static ParameterMap fromFile(const std::string& path, std::vector<std::string>* ignored = nullptr);
+  static ParameterMap fromFile(const std::string& path, std::vector<std::string>* remarks = nullptr);
 
   /// OpenRatSLAM's second spelling vt_patch_normalisation is stored under the first.
   void set(const std::string& key, ParameterValue value);

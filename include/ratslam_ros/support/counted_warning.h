@@ -15,10 +15,14 @@ class CountedWarning {
   explicit CountedWarning(double period_s = 5.0) : period_(period_s) {}
 
   /// Counts, and prints `text` with the count unless a line came out a moment ago.
-  void report(const std::string& text) {
-    ++count_;
+  void report(const std::string& text) { report(text, count_ + 1); }
+
+  /// The same where more than one may have happened at once: `count` is the new count.
+  void report(const std::string& text, std::size_t count) {
+    const bool first = count_ == 0;
+    count_ = count;
     const ros::WallTime now = ros::WallTime::now();
-    if (count_ > 1 && now - printed_ < period_) return;
+    if (!first && now - printed_ < period_) return;
     printed_ = now;
     ROS_WARN("%s (%zu so far)", text.c_str(), count_);
   }

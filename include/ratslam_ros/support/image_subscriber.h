@@ -1,22 +1,37 @@
 /// Images from a topic, raw or compressed, as pixels: what every node that sees subscribes with.
 ///
-/// An image that cannot be used never ends a node: it is counted, skipped and reported. So are images that
-/// were lost because they came faster than they were processed.
+/// An image that cannot be used never ends a node: it is counted, skipped and reported. So are images that are
+/// dropped because they come faster than they are processed.
 #pragma once
 
 #include <ros/node_handle.h>
-#include <std_msgs/Header.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
 
 #include <functional>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 
 #include "ratslam_ros/support/counted_warning.h"
+#include "ratslam_ros/support/newest_first_queue.h"
 #include "ratslam_ros/support/node_params.h"
 #include "ratslam_ros/support/stream_watch.h"
 
 namespace ratslam {
+
+/// The topic that carries the images of `base` by a transport, as image_transport finds it: a remapping of the
+/// base topic holds for all of its transports.
+std::string transportTopic(const ros::NodeHandle& handle, const std::string& base,
+                           const std::string& transport);
+
+/// How a stream of images fares.
+struct ImageTraffic {
+  std::size_t handled = 0;
+  std::size_t dropped = 0;  ///< came faster than they were processed
+  std::size_t skipped = 0;  ///< could not be used
+  double delay_s = 0.0;     ///< from arrival to the end of processing, of the last image
+  double age_s = 0.0;       ///< stamp to arrival, of the last image; tells the clocks apart, too
+};
 
 class ImageSubscriber {
  public:
@@ -30,25 +45,31 @@ class ImageSubscriber {
 
   void start();
   StreamWatch& watch() { return watch_; }
-
-  std::size_t lost() const { return lost_count_; }
-  std::size_t skipped() const { return skipped_.count(); }
+  const ImageTraffic& traffic() const { return traffic_; }
 
  private:
-  template <class Message>
-  void handle(const boost::shared_ptr<const Message>& message);
-  void countLost(std::uint32_t sequence);
+  /// One of the two is set.
+  struct Waiting {
+    sensor_msgs::ImageConstPtr raw;
+    sensor_msgs::CompressedImageConstPtr compressed;
+    ros::WallTime arrived;
+    ros::Time arrived_ros;
+  };
+
+  void push(const Waiting& waiting);
+  void process(const Waiting& waiting);
+  std_msgs::Header headerOf(const Waiting& waiting) const;
 
   ros::NodeHandle handle_;
   bool compressed_;
+  bool stamps_by_arrival_;
   std::string topic_;
-  std::uint32_t queue_size_;
   Handler handler_;
   StreamWatch watch_;
-  std::optional<std::uint32_t> last_sequence_;
+  NewestFirstQueue<Waiting> queue_;
   bool used_one_ = false;
-  std::size_t lost_count_ = 0;
-  CountedWarning lost_;
+  ImageTraffic traffic_;
+  CountedWarning dropped_;
   CountedWarning skipped_;
   ros::Subscriber subscriber_;
 };

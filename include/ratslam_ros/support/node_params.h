@@ -13,8 +13,9 @@ namespace ratslam {
 struct NodeParams {
   std::string topic_root;  ///< namespace of the data set, in any of the forms irat_red, /newcollege/
   std::string image_transport = "raw";
-  int image_queue_size = 100;  ///< images, 0 for no bound
-  double sync_timeout = 5.0;   ///< [s] of wall time
+  std::string stamp_source = "header";
+  int image_queue_size = 2;   ///< images, 0 for no bound
+  double sync_timeout = 5.0;  ///< [s] of wall time
   int wait_for_subscribers = 0;
   bool publish_tf = true;
   std::string map_frame = "map";
@@ -32,6 +33,9 @@ struct NodeParams {
     visit("topic_root", topic_root, any, "namespace of the data set's topics; empty: the node's own");
     visit("image_transport", image_transport, any,
           "raw, or compressed (decoded by the node, no plugin needed)");
+    visit("stamp_source", stamp_source, any,
+          "stamps of images: header, or arrival for cameras that do not stamp (results then depend on the "
+          "machine and cannot be repeated)");
     visit("image_queue_size", image_queue_size, Bounds{0, 1000000},
           "images that may wait; the oldest are dropped, counted and reported; 0: no bound");
     visit("sync_timeout", sync_timeout, Bounds{0.01, 3600.0},

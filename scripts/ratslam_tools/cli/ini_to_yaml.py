@@ -3,10 +3,14 @@
 import argparse
 import configparser
 import json
+import re
+import subprocess
 import sys
+from typing import Set
 
 from ratslam_tools import text_file
 from ratslam_tools.errors import InputError
+from ratslam_tools.runs import runner
 
 GENERAL = ("topic_root",)
 RATSLAM = (
@@ -44,12 +48,37 @@ VISUAL_ODOMETRY = tuple(
 ) + ("camera_fov_deg", "camera_hz", "vtrans_scaling", "vtrans_max")
 SECTIONS = {"general": GENERAL, "ratslam": RATSLAM, "visual_odometry": VISUAL_ODOMETRY}
 IGNORED_SECTIONS = ("draw",)
+# What OpenRatSLAM does and its configurations therefore need not say.
+REFERENCE_ARITHMETIC = {"exp_solver": "relaxation"}
 SYNONYMS = {"vt_patch_normalisation": "vt_patch_normalise"}
 TITLES = {
     "general": "all nodes",
     "ratslam": "local view, pose cells, experience map",
     "visual_odometry": "profile odometry",
 }
+
+
+def our_keys() -> Set[str]:
+    """Keys that ratslam_run knows; those of the reference arithmetic alone where it is not built."""
+    try:
+        listed = subprocess.run(
+            [runner.find(), "--list-parameters"],
+            stdout=subprocess.PIPE,
+            universal_newlines=True,
+            check=True,
+        ).stdout
+    except (InputError, OSError, subprocess.CalledProcessError):
+        return set(REFERENCE_ARITHMETIC)
+    return set(re.findall(r"^\| `(\w+)` \|", listed, re.MULTILINE))
+
+
+def yaml_value(text: str) -> str:
+    """A value as YAML: numbers and truth values as they are, words in quotes."""
+    try:
+        text_file.finite_number(text)
+    except ValueError:
+        return text if text in ("true", "false") else json.dumps(text)
+    return text
 
 
 def read_ini(path: str) -> configparser.ConfigParser:
@@ -68,6 +97,7 @@ def convert(path: str):
     number.
     """
     parser = read_ini(path)
+    ours = our_keys()
     lines, remarks, seen = [], [], set()
     for section in parser.sections():
         if section in IGNORED_SECTIONS:
@@ -80,22 +110,26 @@ def convert(path: str):
         lines.append(f"# {TITLES[section]}")
         for key, value in parser.items(section):
             name = SYNONYMS.get(key, key)
-            if name not in known:
+            if name not in known and name not in ours:
                 remarks.append(f"[{section}] {key} is unknown and left out")
                 continue
             if name in seen:
                 raise InputError(f"{path}: {name} is given twice")
             seen.add(name)
-            if name not in GENERAL:
+            if name in known and name not in GENERAL:
                 try:
                     text_file.finite_number(value)
                 except ValueError:
                     raise InputError(f"{path}: [{section}] {key}: '{text_file.shown(value)}' is not a number") from None
-            lines.append(f"{name}: {json.dumps(value)}" if name in GENERAL else f"{name}: {value}")
+            lines.append(f"{name}: {json.dumps(value) if name in GENERAL else yaml_value(value)}")
     if not seen:
         raise InputError(
             f"{path}: none of the sections {', '.join(f'[{name}]' for name in SECTIONS)} has a known key"
         )
+    implied = [f"{key}: {value}" for key, value in REFERENCE_ARITHMETIC.items() if key not in seen]
+    if implied:
+        lines += ["# OpenRatSLAM's arithmetic, which its configurations need not name", *implied]
+        remarks.append(f"an OpenRatSLAM configuration means its arithmetic: {', '.join(implied)} is added")
     return "\n".join(lines) + "\n", remarks
 
 

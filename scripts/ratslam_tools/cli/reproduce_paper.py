@@ -14,10 +14,9 @@ import os
 from dataclasses import dataclass
 
 from ratslam_tools import evaluation, plotting
-from ratslam_tools.cli import sweep
 from ratslam_tools.datasets import flat_yaml, kitti, truth
 from ratslam_tools.evaluation import comparison, error_plots, metrics
-from ratslam_tools.runs import run_folder, runner
+from ratslam_tools.runs import grid, run_folder, runner
 from ratslam_tools.errors import InputError
 from ratslam_tools.table import format_table
 
@@ -105,7 +104,7 @@ class Reproduction:
         odometry = system.odometry
         if runner.odometry_can_be_shared(odometry, [key]):
             odometry = os.path.join(self.folder_of(system), "odometry.csv")
-        points, found, failures = sweep.execute(
+        points, found, failures = grid.execute(
             lambda settings, out: self.words(system, settings, out, odometry),
             [(key, values)],
             folder,
@@ -115,7 +114,7 @@ class Reproduction:
         path = os.path.join(self.arguments.out, f"{figure}_{self.name}_{system.name}.png")
         config = runner.find_config(system.config, self.arguments.config_dir)
         in_use = flat_yaml.read(config).get(key)
-        sweep.plot_parameter(path, key, points, found, mark=None if in_use is None else float(in_use))
+        grid.plot_parameter(path, key, points, found, mark=None if in_use is None else float(in_use))
         print(f"wrote {path}")
         for failure in failures:
             print(f"failed: {failure}")
@@ -204,7 +203,7 @@ def main(argv=None) -> None:
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
     arguments = parser.parse_args(argv)
     values = {
-        key: sweep.parse_vary(f"{key}={text}")[1]
+        key: grid.parse_vary(f"{key}={text}")[1]
         for (_, key), text in zip(SWEEPS, (arguments.inject_energy, arguments.cell_size))
     }
     program = runner.find(arguments.ratslam_run)

@@ -30,6 +30,9 @@ std::string canonicalKey(const std::string& key) {
   return key == "vt_patch_normalisation" ? "vt_patch_normalise" : key;
 }
 
+/// What OpenRatSLAM does and its configurations therefore need not say.
+const std::map<std::string, std::string> kReferenceArithmetic = {{"exp_solver", "relaxation"}};
+
 void requireReadable(const std::string& path) {
   if (!std::ifstream(path)) throw std::runtime_error(path + ": cannot open this configuration file");
 }
@@ -78,7 +81,7 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
   return map;
 }
 
-ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::string>* ignored) {
+ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::string>* remarks) {
   requireReadable(path);
   boost::property_tree::ptree tree;
   try {
@@ -89,7 +92,7 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
   ParameterMap map;
   for (const auto& section : tree) {
     if (section.first == "draw") {
-      if (ignored != nullptr) ignored->push_back("[draw]");
+      if (remarks != nullptr) remarks->push_back(path + ": section [draw] is ignored");
       continue;
     }
     if (section.first != "general" && section.first != "ratslam" && section.first != "visual_odometry") {
@@ -103,15 +106,26 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
       map.set(entry.first, std::move(value));
     }
   }
+  for (const auto& [key, text] : kReferenceArithmetic) {
+    if (map.has(key)) continue;
+    ParameterValue value;
+    value.text = text;
+    value.origin = path + ", an OpenRatSLAM configuration";
+    map.set(key, std::move(value));
+    if (remarks != nullptr) {
+      remarks->push_back(path + ": an OpenRatSLAM configuration: its arithmetic is used, " + key + "=" +
+                         text + "; set " + key + " for another");
+    }
+  }
   return map;
 }
 
-ParameterMap ParameterMap::fromFile(const std::string& path, std::vector<std::string>* ignored) {
+ParameterMap ParameterMap::fromFile(const std::string& path, std::vector<std::string>* remarks) {
   const auto ends_with = [&path](const std::string& ending) {
     return path.size() >= ending.size() &&
            path.compare(path.size() - ending.size(), ending.size(), ending) == 0;
   };
-  return ends_with(".txt") || ends_with(".ini") ? fromIni(path, ignored) : fromYaml(path);
+  return ends_with(".txt") || ends_with(".ini") ? fromIni(path, remarks) : fromYaml(path);
 }
 
 void ParameterMap::set(const std::string& key, ParameterValue value) {

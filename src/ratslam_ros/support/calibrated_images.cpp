@@ -12,6 +12,18 @@ const char kHowToCalibrate[] =
     "; publish a calibration there, or set camera_fx, camera_fy, camera_cx, camera_cy, camera_width_px and "
     "camera_height_px (and camera_distortion) in the configuration";
 
+/// Topic of the calibration. Where the images have been remapped and it has not, it lies beside them, as
+/// image_transport's camera subscribers have it.
+std::string cameraInfoTopic(const ros::NodeHandle& handle, const std::string& images,
+                            const std::string& info) {
+  const bool remap = true;
+  const std::string image_topic = handle.resolveName(images);
+  const std::string topic = handle.resolveName(info);
+  if (topic != handle.resolveName(info, !remap) || image_topic == handle.resolveName(images, !remap))
+    return topic;
+  return image_topic.substr(0, image_topic.rfind('/') + 1) + "camera_info";
+}
+
 }  // namespace
 
 CalibratedImages::CalibratedImages(const ros::NodeHandle& handle, const NodeParams& params,
@@ -25,7 +37,8 @@ CalibratedImages::CalibratedImages(const ros::NodeHandle& handle, const NodePara
       on_image_(std::move(on_image)),
       images_(handle, params, topicName(params.topic_root, "camera/image"),
               [this](const std_msgs::Header& header, const cv::Mat& image) { onImage(header, image); }),
-      camera_info_watch_(handle.resolveName(topicName(params.topic_root, "camera/camera_info")),
+      camera_info_watch_(cameraInfoTopic(handle, topicName(params.topic_root, "camera/image"),
+                                         topicName(params.topic_root, "camera/camera_info")),
                          "sensor_msgs/CameraInfo") {}
 
 void CalibratedImages::start() {

@@ -1,53 +1,77 @@
 #include "ratslam_ros/support/image_subscriber.h"
 
+#include <cstdio>
+
 #include "ratslam_ros/support/image_decoding.h"
 
 namespace ratslam {
+
+std::string transportTopic(const ros::NodeHandle& handle, const std::string& base,
+                           const std::string& transport) {
+  const std::string topic = handle.resolveName(base);
+  return transport == "raw" ? topic : handle.resolveName(topic + "/" + transport);
+}
 
 ImageSubscriber::ImageSubscriber(const ros::NodeHandle& handle, const NodeParams& params,
                                  const std::string& topic, Handler handler)
     : handle_(handle),
       compressed_(params.image_transport == "compressed"),
-      topic_(handle.resolveName(compressed_ ? topic + "/compressed" : topic)),
-      queue_size_(static_cast<std::uint32_t>(params.image_queue_size)),
+      stamps_by_arrival_(params.stamp_source == "arrival"),
+      topic_(transportTopic(handle, topic, params.image_transport)),
       handler_(std::move(handler)),
-      watch_(topic_, compressed_ ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image") {}
+      watch_(topic_, compressed_ ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image"),
+      queue_(handle, static_cast<std::size_t>(params.image_queue_size),
+             [this](const Waiting& waiting) { process(waiting); }) {}
 
 void ImageSubscriber::start() {
+  // The subscription itself has no bound: what waits is bounded, counted and reported here.
   if (compressed_) {
     subscriber_ = handle_.subscribe<sensor_msgs::CompressedImage>(
-        topic_, queue_size_,
-        [this](const sensor_msgs::CompressedImageConstPtr& message) { handle(message); });
+        topic_, 0, [this](const sensor_msgs::CompressedImageConstPtr& message) {
+          push({nullptr, message, ros::WallTime::now(), ros::Time::now()});
+        });
   } else {
-    subscriber_ = handle_.subscribe<sensor_msgs::Image>(
-        topic_, queue_size_, [this](const sensor_msgs::ImageConstPtr& message) { handle(message); });
+    subscriber_ =
+        handle_.subscribe<sensor_msgs::Image>(topic_, 0, [this](const sensor_msgs::ImageConstPtr& message) {
+          push({message, nullptr, ros::WallTime::now(), ros::Time::now()});
+        });
   }
   watch_.start();
 }
 
-template <class Message>
-void ImageSubscriber::handle(const boost::shared_ptr<const Message>& message) {
+void ImageSubscriber::push(const Waiting& waiting) {
   watch_.messageArrived();
-  countLost(message->header.seq);
+  const std::size_t dropped = queue_.push(waiting);
+  traffic_.dropped += dropped;
+  if (dropped == 0) return;
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                ": images dropped, they come faster than they are processed; results are %.2f s behind",
+                traffic_.delay_s);
+  dropped_.report(topic_ + text, traffic_.dropped);
+}
+
+std_msgs::Header ImageSubscriber::headerOf(const Waiting& waiting) const {
+  std_msgs::Header header = waiting.raw ? waiting.raw->header : waiting.compressed->header;
+  if (stamps_by_arrival_) header.stamp = waiting.arrived_ros;
+  return header;
+}
+
+void ImageSubscriber::process(const Waiting& waiting) {
+  const std_msgs::Header header = headerOf(waiting);
+  traffic_.age_s = (waiting.arrived_ros - header.stamp).toSec();
   try {
-    handler_(message->header, decodeImage(message));
+    handler_(header, waiting.raw ? decodeImage(waiting.raw) : decodeImage(waiting.compressed));
     used_one_ = true;
+    ++traffic_.handled;
   } catch (const std::invalid_argument& e) {
     if (!used_one_) throw;
     skipped_.report(topic_ + ": image skipped: " + e.what());
   } catch (const std::exception& e) {
     skipped_.report(topic_ + ": image skipped: " + e.what());
   }
-}
-
-void ImageSubscriber::countLost(std::uint32_t sequence) {
-  // Publishers number their messages without gaps; one that starts anew counts from a lower number.
-  if (last_sequence_ && sequence > *last_sequence_ + 1) {
-    lost_count_ += sequence - *last_sequence_ - 1;
-    lost_.report(topic_ + ": " + std::to_string(lost_count_) +
-                 " images lost, they come faster than they are processed or the line drops them");
-  }
-  last_sequence_ = sequence;
+  traffic_.skipped = skipped_.count();
+  traffic_.delay_s = (ros::WallTime::now() - waiting.arrived).toSec();
 }
 
 }  // namespace ratslam

@@ -60,10 +60,9 @@ ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::No
   if (argc > 2) throw std::invalid_argument("at most one argument, a configuration file, is expected");
   ParameterMap map;
   if (argc == 2) {
-    std::vector<std::string> ignored;
-    map = ParameterMap::fromFile(argv[1], &ignored);
-    for (const std::string& section : ignored)
-      ROS_INFO("%s: section %s is ignored", argv[1], section.c_str());
+    std::vector<std::string> remarks;
+    map = ParameterMap::fromFile(argv[1], &remarks);
+    for (const std::string& remark : remarks) ROS_INFO("%s", remark.c_str());
   }
   const std::string& ns = private_handle.getNamespace();
   XmlRpc::XmlRpcValue dictionary;

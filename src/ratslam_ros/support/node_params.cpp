@@ -24,6 +24,7 @@ void requireFrame(const std::string& key, const std::string& value) {
 void NodeParams::validate() const {
   checkBounds(*this);
   requireOneOf("image_transport", image_transport, {"raw", "compressed"});
+  requireOneOf("stamp_source", stamp_source, {"header", "arrival"});
   requireOneOf("decision_source", decision_source, {"auto", "state", "action"});
   requireOneOf("trajectory_format", trajectory_format, {"tum", "kitti"});
   requireFrame("map_frame", map_frame);

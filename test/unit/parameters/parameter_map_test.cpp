@@ -71,15 +71,30 @@ TEST_F(ParameterMapTest, ReadsOpenRatSlamIniAndReportsTheDrawSection) {
   const std::string path = file("config.txt",
                                 "[general]\ntopic_root=/newcollege/\n[ratslam]\ncount=4\n"
                                 "vt_patch_normalisation=2\n[draw]\nenable=1\n[visual_odometry]\nsize=0.5\n");
-  std::vector<std::string> ignored;
-  const auto map = ParameterMap::fromFile(path, &ignored);
-  EXPECT_EQ(ignored, std::vector<std::string>{"[draw]"});
+  std::vector<std::string> remarks;
+  const auto map = ParameterMap::fromFile(path, &remarks);
+  ASSERT_FALSE(remarks.empty());
+  EXPECT_NE(remarks.front().find("section [draw] is ignored"), std::string::npos) << remarks.front();
   EXPECT_EQ(map.values().at("topic_root").text, "/newcollege/");
   EXPECT_TRUE(map.has("vt_patch_normalise")) << "both spellings mean the same";
   Params params;
   map.read(params);
   EXPECT_EQ(params.count, 4);
   EXPECT_DOUBLE_EQ(params.size, 0.5);
+}
+
+TEST_F(ParameterMapTest, AnIniMeansOpenRatSlamsArithmeticUnlessItSaysOtherwise) {
+  std::vector<std::string> remarks;
+  const auto silent = ParameterMap::fromFile(file("silent.txt", "[ratslam]\ncount=4\n"), &remarks);
+  EXPECT_EQ(silent.values().at("exp_solver").text, "relaxation");
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_NE(remarks[0].find("exp_solver=relaxation"), std::string::npos) << remarks[0];
+
+  remarks.clear();
+  const auto outspoken = ParameterMap::fromFile(file("said.txt", "[ratslam]\nexp_solver=graph\n"), &remarks);
+  EXPECT_EQ(outspoken.values().at("exp_solver").text, "graph");
+  EXPECT_TRUE(remarks.empty());
+  EXPECT_FALSE(ParameterMap::fromFile(file("own.yaml", "count: 4\n")).has("exp_solver"));
 }
 
 TEST_F(ParameterMapTest, WrongTypesAreNamed) {

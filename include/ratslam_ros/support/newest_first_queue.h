@@ -1,0 +1,78 @@
+/// Messages that wait for a slow callback: the newest few, so that a node on a slow machine drops what it cannot
+/// look at and stays near the present instead of falling ever further behind.
+///
+/// A bounded subscription of ROS drops as well, but counts nothing. Everything runs in the callback queue of the
+/// node handle, which must have one thread.
+#pragma once
+
+#include <ros/callback_queue_interface.h>
+#include <ros/node_handle.h>
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+
+namespace ratslam {
+
+/// Something to be done later, in the callback queue.
+class PostedCall : public ros::CallbackInterface {
+ public:
+  explicit PostedCall(std::function<void()> call) : call_(std::move(call)) {}
+  CallResult call() override {
+    call_();
+    return Success;
+  }
+
+ private:
+  std::function<void()> call_;
+};
+
+template <class Item>
+class NewestFirstQueue {
+ public:
+  /// @param size  items that may wait; 0: no bound   @param handle_item  gets them in their order
+  NewestFirstQueue(const ros::NodeHandle& handle, std::size_t size,
+                   std::function<void(const Item&)> handle_item)
+      : callbacks_(handle.getCallbackQueue()), size_(size), handle_item_(std::move(handle_item)) {}
+  ~NewestFirstQueue() { callbacks_->removeByID(id()); }
+  NewestFirstQueue(const NewestFirstQueue&) = delete;
+  NewestFirstQueue& operator=(const NewestFirstQueue&) = delete;
+
+  /// @return how many items had to go
+  std::size_t push(const Item& item) {
+    items_.push_back(item);
+    std::size_t dropped = 0;
+    for (; size_ > 0 && items_.size() > size_; ++dropped) items_.pop_front();
+    post();
+    return dropped;
+  }
+
+  std::size_t waiting() const { return items_.size(); }
+
+ private:
+  std::uint64_t id() const { return reinterpret_cast<std::uint64_t>(this); }
+
+  /// What has arrived meanwhile stands before this in the callback queue, so that it is seen first.
+  void post() {
+    if (posted_ || items_.empty()) return;
+    posted_ = true;
+    callbacks_->addCallback(boost::make_shared<PostedCall>([this] { handleOne(); }), id());
+  }
+
+  void handleOne() {
+    posted_ = false;
+    if (items_.empty()) return;
+    const Item item = items_.front();
+    items_.pop_front();
+    post();
+    handle_item_(item);
+  }
+
+  ros::CallbackQueueInterface* callbacks_;
+  std::size_t size_;
+  std::function<void(const Item&)> handle_item_;
+  std::deque<Item> items_;
+  bool posted_ = false;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,311 @@
+"""Runs of ratslam_run over a grid of parameters: the grid, its runs, what each is worth, table and figures.
+
+Every finished run leaves a folder with `result.json`; a sweep that was interrupted goes on where it stopped, and a sweep
+divided among machines is put together from these files.
+"""
+
+import csv
+import itertools
+import json
+import os
+import shutil
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import Dict, List, Optional, Tuple
+
+import numpy as np
+
+from ratslam_tools import evaluation, plotting
+from ratslam_tools.errors import InputError
+from ratslam_tools.evaluation import metrics
+from ratslam_tools.progress import Progress
+from ratslam_tools.runs import run_figures, run_folder, runner
+from ratslam_tools.runs.run_folder import Run
+
+MAX_RUNS = 10000
+RESULT = "result.json"
+LOG_SPAN = 20  # values that span more than this factor stand on a logarithmic axis
+FIGURES = ("max", "mean", "median", "min", "rmse")
+
+
+def parse_vary(text: str) -> Tuple[str, List[str]]:
+    """`key=start:stop:step` (stop included) or `key=v1,v2,...` as (key, values). @throws InputError for any
+    other form.
+    """
+    key, separator, values = text.partition("=")
+    key = key.strip()
+    if not separator or not key:
+        raise InputError(f"--vary: '{text}' is not allowed: key=start:stop:step or key=v1,v2,...")
+    if ":" not in values:
+        words = [word.strip() for word in values.split(",")]
+        if not all(words) or len(set(words)) != len(words):
+            raise InputError(f"--vary: '{text}' is not allowed: distinct values separated by commas")
+        return key, words
+    try:
+        start, stop, step = (float(word) for word in values.split(":"))
+    except ValueError:
+        raise InputError(f"--vary: '{text}' is not allowed: three numbers start:stop:step") from None
+    if not np.isfinite([start, stop, step]).all() or step <= 0 or stop < start:
+        raise InputError(
+            f"--vary: '{text}' is not allowed: finite numbers, step above 0 and stop not below start"
+        )
+    # Half a millionth of a step of slack, so that 0.05:0.5:0.05 ends with 0.5 whatever the rounding.
+    count = int(np.floor((stop - start) / step + 5e-7)) + 1
+    if count > MAX_RUNS:
+        raise InputError(f"--vary: '{text}' is not allowed: {count} values; at most {MAX_RUNS}")
+    return key, [f"{start + index * step:.10g}" for index in range(count)]
+
+
+def grid(varied: List[Tuple[str, List[str]]]) -> List[Dict[str, str]]:
+    """All combinations of the varied values."""
+    keys = [key for key, _ in varied]
+    if len(set(keys)) != len(keys):
+        raise InputError("--vary: a key is given twice")
+    points = [dict(zip(keys, values)) for values in itertools.product(*(values for _, values in varied))]
+    if len(points) > MAX_RUNS:
+        raise InputError(f"--vary: {len(points)} runs; at most {MAX_RUNS}")
+    return points
+
+
+def folder_name(point: Dict[str, str]) -> str:
+    """Name of the folder of one run."""
+    return "_".join(f"{key}={value}" for key, value in point.items()).replace("/", "_")
+
+
+def evaluate(folder: str, known, t_max_diff: float) -> Dict[str, float]:
+    """What a run folder is worth, by name.
+
+    ape.final.mean and the like (and coverage, ground_mean) where the truth is known; every number of the summary's
+    counts and timing, such as counts.experiences and timing.odometry; counts.recalls, links made by recognising a place.
+    """
+    run = Run(folder)
+    figures: Dict[str, float] = {}
+    aligned = run_figures.Aligned(run, known, t_max_diff)
+    for result in aligned.results:
+        values = dict(metrics.statistics(result.errors), coverage=result.compared.coverage)
+        if result.ground_errors is not None:
+            values["ground_mean"] = float(result.ground_errors.mean())
+        figures.update({f"ape.{result.name}.{name}": value for name, value in values.items()})
+    counts = run.summary.get("counts", {})
+    figures.update({f"counts.{name}": float(value) for name, value in counts.items()})
+    figures.update({f"timing.{name}": value for name, value in run.timing.items()})
+    if run.map is not None:
+        figures["counts.recalls"] = float(len(run.map.loop_ends))
+    return figures
+
+
+class Sweep:
+    """The runs of one grid in one output folder."""
+
+    def __init__(
+        self, words_of, points: List[Dict[str, str]], out: str, known, t_max_diff: float, keep: bool
+    ):
+        """@param words_of function (settings, folder) -> command line; @param keep leaves every run's
+        files.
+        """
+        self.words_of, self.points, self.out = words_of, points, out
+        self.known, self.t_max_diff, self.keep = known, t_max_diff, keep
+        self.runner = runner.Runner()
+
+    def finished(self, point: Dict[str, str]):
+        """The figures of a point computed earlier by the same command, or None."""
+        path = os.path.join(self.out, "runs", folder_name(point), RESULT)
+        if not os.path.isfile(path):
+            return None
+        try:
+            with open(path, encoding="utf-8") as file:
+                record = json.load(file)
+        except (OSError, ValueError):
+            return None  # cut off while it was written: computed anew
+        return record.get("figures") if record.get("command") == self._command(point) else None
+
+    def _command(self, point: Dict[str, str]) -> List[str]:
+        return self.words_of(point, os.path.join(self.out, "runs", folder_name(point)))
+
+    def compute(self, point: Dict[str, str]):
+        """Runs one point and leaves its figures."""
+        folder = os.path.join(self.out, "runs", folder_name(point))
+        shutil.rmtree(folder, ignore_errors=True)
+        os.makedirs(folder)
+        words = self._command(point)
+        self.runner.run(words)
+        figures = evaluate(folder, self.known, self.t_max_diff)
+        if not self.keep:
+            for name in os.listdir(folder):
+                if name not in ("summary.json", RESULT):
+                    os.unlink(os.path.join(folder, name))
+        part = os.path.join(folder, RESULT + ".part")
+        evaluation.write_json(part, {"command": words, "settings": point, "figures": figures})
+        os.replace(part, os.path.join(folder, RESULT))
+        return figures
+
+    def run(self, jobs: int):
+        """All points, `jobs` at a time; (figures by index of the point, messages of the points that
+        failed).
+        """
+        found = {
+            index: figures
+            for index, figures in ((i, self.finished(p)) for i, p in enumerate(self.points))
+            if figures
+        }
+        failures: List[str] = []
+        missing = [index for index in range(len(self.points)) if index not in found]
+        progress = Progress(len(missing), f"sweep ({len(found)} done before)" if found else "sweep")
+        with ThreadPoolExecutor(jobs) as pool:
+            futures = {pool.submit(self.compute, self.points[index]): index for index in missing}
+            try:
+                for future in as_completed(futures):
+                    try:
+                        found[futures[future]] = future.result()
+                    except InputError as error:
+                        failures.append(f"{folder_name(self.points[futures[future]])}: {error}")
+                    progress.advance()
+            except KeyboardInterrupt:
+                self.runner.stop()
+                raise
+            finally:
+                progress.close()
+        return found, failures
+
+
+def write_csv(path: str, keys: List[str], points, found) -> None:
+    """One row a point: the settings, then every figure that some run has."""
+    names = sorted({name for figures in found.values() for name in figures})
+    part = path + ".part"
+    with open(part, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(keys + names)
+        for index in sorted(found):
+            row = [points[index][key] for key in keys]
+            writer.writerow(row + [found[index].get(name, "") for name in names])
+    os.replace(part, path)
+
+
+class Goal:
+    """The figure that says how good a run is."""
+
+    def __init__(self, name: str = "ape.final.mean", largest: bool = False):
+        self.name, self.largest = name, largest
+
+    def of(self, figures: Dict[str, float]) -> float:
+        """@throws InputError where a run has no such figure."""
+        if self.name not in figures:
+            raise InputError(f"--goal: no run has {self.name}; there are {', '.join(sorted(figures))}")
+        return figures[self.name]
+
+    def best(self, found) -> Tuple[float, List[int]]:
+        """The best value and the points that have it, all of them."""
+        values = {index: self.of(figures) for index, figures in found.items()}
+        best = (max if self.largest else min)(values.values())
+        return best, sorted(index for index, value in values.items() if value == best)
+
+    @property
+    def label(self) -> str:
+        """For the axis of a figure."""
+        words = self.name.split(".")
+        if words[0] == "ape":
+            return f"{words[2]} APE of the {words[1]} trajectory [m]"
+        return f"{words[-1].replace('_', ' ')} [ms a frame]" if words[0] == "timing" else words[-1]
+
+
+def plot_parameter(path: str, key: str, points, found, goal: Optional[Goal] = None, mark=None) -> None:
+    """The goal over one parameter (the paper's Fig. 6 and 7): the best of the other parameters, and all runs
+    as dots.
+
+    @param mark value of the parameter to mark, or None.
+    """
+    goal = goal or Goal()
+    pyplot = plotting.load()
+    figure, axes = pyplot.subplots(figsize=(8, 5), constrained_layout=True)
+    numeric = all(_is_number(points[index][key]) for index in found)
+    labels = sorted({points[index][key] for index in found}, key=float if numeric else str)
+    places = {label: float(label) if numeric else float(number) for number, label in enumerate(labels)}
+    rows = [(places[points[index][key]], goal.of(found[index])) for index in sorted(found)]
+    values, errors = np.array(rows).T
+    best = [(place, (errors[values == place].max if goal.largest else errors[values == place].min)()) for place in sorted(set(values))]
+    several = len(rows) > len(best)
+    if several:
+        axes.plot(values, errors, ".", color="0.6", markersize=5, label="every run")
+    axes.plot(
+        *zip(*best),
+        marker="o",
+        color=plotting.FINAL,
+        label="best of the other parameters" if several else goal.name,
+    )
+    top = (max if goal.largest else min)(value for _, value in best)
+    if sum(value == top for _, value in best) == 1:  # among equals none is the best
+        axes.annotate(
+            f"{top:.3g}",
+            next(item for item in best if item[1] == top),
+            textcoords="offset points",
+            xytext=(0, -16),
+            ha="center",
+            color=plotting.FINAL,
+        )
+    if mark is not None:
+        axes.axvline(mark, color="0.5", linestyle=":", label=f"in use: {mark:g}")
+    if not numeric:
+        axes.set_xticks(range(len(labels)))
+        axes.set_xticklabels(labels)
+    elif len(best) > 2 and min(values) > 0 and max(values) >= LOG_SPAN * min(values):
+        axes.set_xscale("log")
+        axes.set_xticks(sorted(set(values)))
+        axes.set_xticklabels([f"{value:g}" for value in sorted(set(values))])
+        axes.minorticks_off()
+    axes.set_xlabel(key)
+    axes.set_ylabel(goal.label)
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.3)
+    axes.legend(loc="best", fontsize=9)
+    plotting.finish(pyplot, figure, path)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return bool(np.isfinite(float(text)))
+    except ValueError:
+        return False
+
+
+def execute(words_of, varied, out: str, known, t_max_diff=0.01, jobs=None, keep=False, goal=None):
+    """A whole sweep: runs, `sweep.csv`, and `<goal>_over_<key>.png` for each key. Returns points and figures by
+    index.
+
+    @throws InputError if no run succeeds; the failures of some are returned as the third value.
+    """
+    points = grid(varied)
+    os.makedirs(out, exist_ok=True)
+    found, failures = Sweep(words_of, points, out, known, t_max_diff, keep).run(jobs or os.cpu_count() or 1)
+    if not found:
+        raise InputError(f"all {len(points)} runs failed; the first: {failures[0]}")
+    leave(out, varied, points, found, goal or Goal())
+    return points, found, failures
+
+
+def shard(points, text: str):
+    """The points of shard K of N, 1 <= K <= N: every Nth of the grid. @throws InputError for another form."""
+    first, _, second = text.partition("/")
+    if not (first.isdigit() and second.isdigit() and 1 <= int(first) <= int(second)):
+        raise InputError(f"--shard: '{text}' is not allowed: K/N with K from 1 to N, such as 3/8")
+    return points[int(first) - 1 :: int(second)]
+
+
+def merge(folders: List[str], points):
+    """Figures by index of the point, from what shards left in these folders; and the points that none has."""
+    found = {}
+    for index, point in enumerate(points):
+        for folder in folders:
+            path = os.path.join(folder, "runs", folder_name(point), RESULT)
+            if os.path.isfile(path):
+                found[index] = run_folder.read_json(path).get("figures", {})
+                break
+    return found, [folder_name(point) for index, point in enumerate(points) if index not in found]
+
+
+def leave(out: str, varied, points, found, goal: Goal) -> None:
+    """Writes the table and the figures of a sweep."""
+    os.makedirs(out, exist_ok=True)
+    write_csv(os.path.join(out, "sweep.csv"), [key for key, _ in varied], points, found)
+    figure = "ape" if goal.name == Goal().name else goal.name
+    for key, values in varied:
+        if len(values) > 1:
+            plot_parameter(os.path.join(out, f"{figure}_over_{key}.png"), key, points, found, goal)
