@@ -23,6 +23,10 @@ class RecallCheck : public RecallVerifier {
     estimator_.learned(stamp, image, view_id);
   }
 
+  void save(State& state) const { estimator_.save(state); }
+  /// @throws std::runtime_error naming what is missing or does not fit
+  void load(const State& state) { estimator_.load(state); }
+
  private:
   RecallGeometryEstimator estimator_;
 };

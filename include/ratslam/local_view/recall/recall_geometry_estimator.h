@@ -43,6 +43,8 @@
 
 namespace ratslam {
 
+class State;
+
 class RecallGeometryEstimator {
  public:
   /// @throws std::invalid_argument for bad parameters or a bad camera
@@ -70,11 +72,19 @@ class RecallGeometryEstimator {
 
   const RecallGeometryParams& params() const { return params_; }
 
+  /// Templates and the last images; features of images are found again when they are needed.
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit
+  void load(const State& state);
+
  private:
   struct Frame {
     Stamp stamp = 0;
     cv::Mat grey;
     std::optional<RecallFeatures> features;  // once needed
+
+    void save(State& state) const;
+    void load(const State& state);
   };
   /// What the companion image adds to a feature of a template.
   struct Companion {
@@ -83,11 +93,25 @@ class RecallGeometryEstimator {
     std::vector<Eigen::Vector2f> bearings;  // one a feature, NaN where the companion does not show it
     std::vector<float> inverse_depths;      // likewise
     std::vector<float> sigmas;              // of the companion's bearings
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("stamp", stamp);
+      fields("rotation", view.R);
+      fields("translation", view.t);
+      fields("motion", view.motion);
+      fields("bearings", bearings);
+      fields("inverse_depths", inverse_depths);
+      fields("sigmas", sigmas);
+    }
   };
   struct Template {
     Stamp stamp = 0;
     RecallFeatures features;
     std::optional<Companion> companion;
+
+    void save(State& state) const;
+    void load(const State& state);
   };
 
   Frame& present(Stamp stamp, const cv::Mat& image);

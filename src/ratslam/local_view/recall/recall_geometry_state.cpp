@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include "ratslam/common/state.h"
+#include "ratslam/local_view/recall/recall_geometry_estimator.h"
+
+namespace ratslam {
+namespace {
+
+constexpr std::uint32_t kStateVersion = 1;
+
+/// An image of 8 bits and one channel.
+void setImage(State& state, const cv::Mat& image) {
+  state.set("size", std::array<int, 2>{image.cols, image.rows});
+  state.set("pixels", std::vector<std::uint8_t>(image.begin<std::uint8_t>(), image.end<std::uint8_t>()));
+}
+
+cv::Mat getImage(const State& state) {
+  const auto size = state.get<std::array<int, 2>>("size");
+  const auto pixels = state.get<std::vector<std::uint8_t>>("pixels");
+  if (size[0] < 0 || size[1] < 0 ||
+      pixels.size() != static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1])) {
+    throw std::runtime_error("state " + state.path() + "/pixels: they do not fill the image");
+  }
+  cv::Mat image(size[1], size[0], CV_8U);
+  std::copy(pixels.begin(), pixels.end(), image.begin<std::uint8_t>());
+  return image;
+}
+
+}  // namespace
+
+void RecallGeometryEstimator::Frame::save(State& state) const {
+  state.set("stamp", stamp);
+  setImage(state, grey);
+}
+
+void RecallGeometryEstimator::Frame::load(const State& state) {
+  state.get("stamp", stamp);
+  grey = getImage(state);
+  features.reset();
+}
+
+void RecallGeometryEstimator::Template::save(State& state) const {
+  state.set("stamp", stamp);
+  state.set("bearings", features.bearings);
+  state.set("sigmas", features.sigmas);
+  setImage(state.child("descriptors"), features.descriptors);
+  state.set("companion", companion);
+}
+
+void RecallGeometryEstimator::Template::load(const State& state) {
+  state.get("stamp", stamp);
+  state.get("bearings", features.bearings);
+  state.get("sigmas", features.sigmas);
+  features.descriptors = getImage(state.child("descriptors"));
+  state.get("companion", companion);
+  const std::size_t count = features.size();
+  bool fits = features.sigmas.size() == count && features.descriptors.rows == static_cast<int>(count) &&
+              (count == 0 || features.descriptors.cols == kRecallDescriptorBytes);
+  if (companion) {
+    fits = fits && companion->bearings.size() == count && companion->inverse_depths.size() == count &&
+           companion->sigmas.size() == count;
+  }
+  if (!fits) throw std::runtime_error("state " + state.path() + ": its features do not belong together");
+}
+
+void RecallGeometryEstimator::save(State& state) const {
+  state.setVersion(kStateVersion);
+  state.set("image_size", std::array<int, 2>{image_size_.width, image_size_.height});
+  state.setEach("frames", std::vector<Frame>(ring_.begin(), ring_.end()));
+  std::vector<std::uint32_t> ids;
+  State& templates = state.child("templates");
+  for (const auto& [id, each] : templates_) {
+    each.save(templates.child(std::to_string(ids.size())));
+    ids.push_back(id);
+  }
+  state.set("template_ids", ids);
+}
+
+void RecallGeometryEstimator::load(const State& state) {
+  state.requireVersion(kStateVersion);
+  std::deque<Frame> ring;
+  state.forEach("frames", [&ring](const State& frame, std::size_t) {
+    ring.emplace_back();
+    ring.back().load(frame);
+  });
+  std::map<std::uint32_t, Template> templates;
+  const auto ids = state.get<std::vector<std::uint32_t>>("template_ids");
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    templates[ids[i]].load(state.child("templates").child(std::to_string(i)));
+  }
+  const auto size = state.get<std::array<int, 2>>("image_size");
+  image_size_ = cv::Size(size[0], size[1]);
+  ring_ = std::move(ring);
+  templates_ = std::move(templates);
+}
+
+}  // namespace ratslam
