@@ -7,6 +7,21 @@
 
 namespace ratslam {
 
+/// The life of one process that numbers things: views, or experiences. Whoever keeps such numbers drops or
+/// renews what a later session does not know, because that one gives the same numbers to other things.
+struct NumberSession {
+  Stamp id = 0;             ///< stamp of the first message it handled; 0: it does not say
+  std::uint32_t known = 0;  ///< numbers below were given, and are known, from before it began
+
+  bool operator!=(const NumberSession& other) const { return id != other.id || known != other.known; }
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("id", id);
+    fields("known", known);
+  }
+};
+
 /// The view cell that an image made active (topic LocalView/Template).
 struct ViewEvent {
   Stamp stamp = 0;            ///< of the image
@@ -14,6 +29,7 @@ struct ViewEvent {
   double relative_rad = 0.0;  ///< heading now relative to the heading when the template was learned [rad]
   double error = -1.0;        ///< error of the best candidate, -1 where no template was one
   bool learned = false;       ///< the template is new
+  NumberSession session;      ///< of the views' numbers
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -22,6 +38,7 @@ struct ViewEvent {
     fields("relative_rad", relative_rad);
     fields("error", error);
     fields("learned", learned);
+    fields("session", session);
   }
 };
 
@@ -34,6 +51,7 @@ struct TopologicalAction {
   std::uint32_t src_id = 0;   ///< experience that was current
   std::uint32_t dest_id = 0;  ///< experience that is current now
   double relative_rad = 0.0;  ///< heading now relative to that of the destination [rad]
+  NumberSession session;      ///< of the experiences' numbers
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -42,6 +60,7 @@ struct TopologicalAction {
     fields("src_id", src_id);
     fields("dest_id", dest_id);
     fields("relative_rad", relative_rad);
+    fields("session", session);
   }
 };
 

@@ -30,6 +30,12 @@ class ExperienceSelector {
   /// is the heading now relative to the heading at which the destination was created: 0 for a new one.
   TopologicalAction select(const ViewEvent& view, const PoseCellEstimate& estimate);
 
+  /// Experiences of view cells from a number on are not recognised again: these will stand for other views.
+  void forgetViewsFrom(std::uint32_t view_id);
+
+  /// How many experiences there are.
+  std::size_t size() const { return experiences_.size(); }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing
   void load(const State& state);
@@ -54,6 +60,7 @@ class ExperienceSelector {
   double distance(const ViewEvent& view, const PoseCellEstimate& estimate,
                   const Experience& experience) const;
   std::optional<std::uint32_t> nearestOther(const ViewEvent& view, const PoseCellEstimate& estimate) const;
+  void indexViews();
   std::uint32_t create(const ViewEvent& view, const PoseCellEstimate& estimate);
 
   PoseCellParams params_;

@@ -44,6 +44,11 @@ class PoseCells {
   /// How often all activity had died and the network was started again at the last best estimate.
   std::uint64_t reseeds() const { return network_.reseeds(); }
 
+  /// View cells from a number on will stand for other views: what is tied to them is forgotten.
+  void forgetViewsFrom(std::uint32_t view_id);
+  /// How many experiences have been created.
+  std::size_t experiences() const { return selector_.size(); }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters
   void load(const State& state);

@@ -38,6 +38,9 @@ class ViewInput {
   /// @param estimate where the robot is now. @return what to inject, if anything.
   std::optional<Injection> onView(const ViewEvent& event, const PoseCellEstimate& estimate);
 
+  /// Forgets the ties of view cells from a number on: they will stand for other views.
+  void forgetFrom(std::uint32_t view_id);
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing
   void load(const State& state);

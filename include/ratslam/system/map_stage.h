@@ -42,16 +42,28 @@ class MapStage {
   const ExperienceMap& map() const { return map_; }
   ExperienceMap& map() { return map_; }
 
+  /// Session of the experiences' numbers. Its numbers are those of the pose cells, which the map's own need
+  /// not equal: when the pose cells begin a session that knows less, what it numbers anew is new in the map as
+  /// well; an experience that this map does not know, because it has lost its memory, is created when it is
+  /// recalled.
+  const NumberSession& session() const { return session_; }
+  /// Experiences that were recalled and had to be created.
+  std::size_t recreated() const { return recreated_; }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit
   void load(const State& state);
 
  private:
   void process(const TopologicalAction& action);
+  TopologicalAction inNumbersOfTheMap(TopologicalAction action);
   std::optional<RecallGeometry> takeGeometry(Stamp stamp);
   std::optional<Eigen::Vector3d> odometryAt(Stamp stamp) const;
 
   ExperienceMap map_;
+  NumberSession session_;
+  std::vector<std::uint32_t> experience_of_;  ///< number in the map of each number in the pose cells
+  std::uint64_t recreated_ = 0;
   bool wait_for_geometry_;
   EventGate<TopologicalAction> gate_;
   std::map<Stamp, RecallGeometry> geometry_;

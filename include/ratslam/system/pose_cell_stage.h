@@ -38,6 +38,10 @@ class PoseCellStage {
   std::size_t waitingViews() const { return gate_.size(); }
   const PoseCells& cells() const { return cells_; }
 
+  /// Session of the view cells' numbers. When another one begins, what was tied to view cells that it does not
+  /// know is forgotten.
+  const NumberSession& viewSession() const { return view_session_; }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters
   void load(const State& state);
@@ -46,6 +50,7 @@ class PoseCellStage {
   PoseCellDecision process(const ViewEvent& view);
 
   PoseCells cells_;
+  NumberSession view_session_;
   EventGate<ViewEvent> gate_;
 };
 

@@ -6,6 +6,11 @@
 #include "ratslam/common/state.h"
 
 namespace ratslam {
+namespace {
+
+constexpr std::uint32_t kForgotten = 0xFFFFFFFF;  // view cell of an experience whose own is no more
+
+}  // namespace
 
 TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCellEstimate& estimate) {
   TopologicalAction action;
@@ -62,6 +67,20 @@ std::uint32_t ExperienceSelector::create(const ViewEvent& view, const PoseCellEs
   return id;
 }
 
+void ExperienceSelector::forgetViewsFrom(std::uint32_t view_id) {
+  for (Experience& experience : experiences_) {
+    if (experience.view_id >= view_id) experience.view_id = kForgotten;
+  }
+  indexViews();
+}
+
+void ExperienceSelector::indexViews() {
+  of_view_.clear();
+  for (std::uint32_t id = 0; id < experiences_.size(); ++id) {
+    if (experiences_[id].view_id != kForgotten) of_view_[experiences_[id].view_id].push_back(id);
+  }
+}
+
 void ExperienceSelector::save(State& state) const {
   state.set("selection", experiences_);
   state.set("current", current_);
@@ -76,8 +95,7 @@ void ExperienceSelector::load(const State& state) {
   }
   experiences_ = std::move(experiences);
   current_ = current;
-  of_view_.clear();
-  for (std::uint32_t id = 0; id < experiences_.size(); ++id) of_view_[experiences_[id].view_id].push_back(id);
+  indexViews();
 }
 
 }  // namespace ratslam

@@ -14,6 +14,11 @@ void PoseCells::activate(const ViewEvent& event) {
   view_ = event;
 }
 
+void PoseCells::forgetViewsFrom(std::uint32_t view_id) {
+  view_input_.forgetFrom(view_id);
+  selector_.forgetViewsFrom(view_id);
+}
+
 void PoseCells::save(State& state) const {
   network_.save(state.child("network"));
   view_input_.save(state.child("view_input"));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "ratslam/common/angles.h"
 #include "ratslam/common/state.h"
@@ -39,6 +40,16 @@ std::optional<Injection> ViewInput::recall(Tie& tie, const ViewEvent& event) con
   const double layer = wrapCoordinate(tie.where.th + turned, params_.n_th);
   return Injection{{static_cast<int>(tie.where.x), static_cast<int>(tie.where.y), static_cast<int>(layer)},
                    energy};
+}
+
+void ViewInput::forgetFrom(std::uint32_t view_id) {
+  for (auto it = ties_.begin(); it != ties_.end();)
+    it = it->first >= view_id ? ties_.erase(it) : std::next(it);
+  std::vector<Tie*> left;
+  for (auto& [id, tie] : ties_) left.push_back(&tie);
+  std::sort(left.begin(), left.end(), [](const Tie* a, const Tie* b) { return a->order < b->order; });
+  for (std::size_t i = 0; i < left.size(); ++i) left[i]->order = i;
+  if (previous_id_ && *previous_id_ >= view_id) previous_id_.reset();
 }
 
 void ViewInput::save(State& state) const {

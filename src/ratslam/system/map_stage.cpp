@@ -1,6 +1,8 @@
 #include "ratslam/system/map_stage.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 #include "ratslam/common/angles.h"
 #include "ratslam/common/state.h"
@@ -9,6 +11,9 @@ namespace ratslam {
 namespace {
 
 constexpr std::uint32_t kStateVersion = 1;
+constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
+
+constexpr std::uint32_t kMostExperiences = 100'000'000;
 
 }  // namespace
 
@@ -52,6 +57,9 @@ void MapStage::save(State& state) const {
   for (const auto& [stamp, measured] : geometry_) geometry.push_back(measured);
   state.set("geometry", geometry);
   state.set("started", started_);
+  state.set("session", session_);
+  state.set("experience_of", experience_of_);
+  state.set("recreated", recreated_);
   state.set("way", way_);
   state.set("way_yaw", way_yaw_);
 }
@@ -65,6 +73,9 @@ void MapStage::load(const State& state) {
     geometry_[measured.stamp] = measured;
   }
   state.get("started", started_);
+  state.get("session", session_);
+  state.get("experience_of", experience_of_);
+  state.get("recreated", recreated_);
   state.get("way", way_);
   state.get("way_yaw", way_yaw_);
 }
@@ -86,7 +97,40 @@ void MapStage::process(const TopologicalAction& action) {
     }
   }
   const std::optional<RecallGeometry> geometry = takeGeometry(action.stamp);
-  if (action.kind != ActionKind::kNone) map_.apply(action, geometry ? &*geometry : nullptr);
+  if (action.kind == ActionKind::kNone) return;
+  const TopologicalAction translated = inNumbersOfTheMap(action);
+  map_.apply(translated, geometry ? &*geometry : nullptr);
+  if (action.session.id == 0 || translated.kind != ActionKind::kCreateNode) return;
+  if (action.kind != ActionKind::kCreateNode) ++recreated_;
+  if (action.dest_id >= experience_of_.size()) experience_of_.resize(action.dest_id + 1, kUnknown);
+  experience_of_[action.dest_id] = translated.dest_id;
+}
+
+/// Whoever does not say its session numbers as the map does.
+TopologicalAction MapStage::inNumbersOfTheMap(TopologicalAction action) {
+  if (action.session.id == 0) return action;
+  if (action.session != session_) {
+    if (session_.id != 0 && experience_of_.size() > action.session.known) {
+      experience_of_.resize(action.session.known);
+    }
+    session_ = action.session;
+  }
+  const auto known = [this](std::uint32_t id) {
+    return id < experience_of_.size() && experience_of_[id] != kUnknown;
+  };
+  const auto next = static_cast<std::uint32_t>(map_.graph().experiences().size());
+  action.src_id = known(action.src_id) ? experience_of_[action.src_id] : map_.currentExperience().value_or(0);
+  if (known(action.dest_id)) {
+    action.dest_id = experience_of_[action.dest_id];
+    return action;
+  }
+  action.kind = ActionKind::kCreateNode;
+  if (action.dest_id >= kMostExperiences) {
+    throw std::invalid_argument("action to experience " + std::to_string(action.dest_id) +
+                                ": there is no such number of experiences");
+  }
+  action.dest_id = next;
+  return action;
 }
 
 std::optional<RecallGeometry> MapStage::takeGeometry(Stamp stamp) {

@@ -31,15 +31,21 @@ void PoseCellStage::save(State& state) const {
   state.setVersion(kStateVersion);
   cells_.save(state.child("cells"));
   state.set("streams", gate_);
+  state.set("view_session", view_session_);
 }
 
 void PoseCellStage::load(const State& state) {
   state.requireVersion(kStateVersion);
   cells_.load(state.child("cells"));
   state.get("streams", gate_);
+  state.get("view_session", view_session_);
 }
 
 PoseCellDecision PoseCellStage::process(const ViewEvent& view) {
+  if (view.session.id != 0 && view.session != view_session_) {
+    if (view_session_.id != 0) cells_.forgetViewsFrom(view.session.known);
+    view_session_ = view.session;
+  }
   double distance = 0.0;
   double rotation = 0.0;
   const auto steps = gate_.motionUntil(view.stamp);
