@@ -60,12 +60,25 @@ void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
 /// damaged
 MapCheckpoint loadMapFile(const std::string& path);
 
-/// The only one who writes to a file, for as long as this object lives.
+/// Held by the one program that writes to a map; the system lets go of it however that program ends.
+class MapLock {
+ public:
+  /// @param map a file; FILE.lock beside it is what is locked.
+  /// @throws std::runtime_error where another program holds it, or the folder cannot be written
+  explicit MapLock(const std::string& map);
+  ~MapLock();
+  MapLock(const MapLock&) = delete;
+  MapLock& operator=(const MapLock&) = delete;
+
+ private:
+  int file_ = -1;
+};
+
+/// Writes a map file. Whoever may not be the only one holds its MapLock.
 class MapWriter {
  public:
   /// Makes the file where it is missing.
-  /// @throws std::runtime_error where the folder or file cannot be written, it is no map file, or another
-  /// program writes to it
+  /// @throws std::runtime_error where the folder or file cannot be written, or it is no map file
   explicit MapWriter(const std::string& path);
   ~MapWriter();
   MapWriter(const MapWriter&) = delete;

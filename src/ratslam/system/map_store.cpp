@@ -56,28 +56,6 @@ void migrate(SqliteDatabase& database) {
   }
 }
 
-/// Held by the one program that writes to a map; the system lets go of it however that program ends.
-class WriterLock {
- public:
-  explicit WriterLock(const std::string& map) {
-    const std::string path = map + ".lock";
-    file_ = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-    if (file_ < 0) {
-      throw std::runtime_error(map + ": cannot write beside it: " + std::string(std::strerror(errno)));
-    }
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-      ::close(file_);
-      throw std::runtime_error(map + ": another program writes to it; one map file has one writer");
-    }
-  }
-  ~WriterLock() { ::close(file_); }
-  WriterLock(const WriterLock&) = delete;
-  WriterLock& operator=(const WriterLock&) = delete;
-
- private:
-  int file_ = -1;
-};
-
 MapCheckpoint read(SqliteDatabase& database) {
   versionOf(database);
   MapCheckpoint checkpoint;
@@ -113,6 +91,18 @@ void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
   }
 }
 
+MapLock::MapLock(const std::string& map) {
+  const std::string path = map + ".lock";
+  file_ = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  if (file_ < 0) throw std::runtime_error(map + ": cannot write beside it: " + std::strerror(errno));
+  if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+    ::close(file_);
+    throw std::runtime_error(map + ": another program writes to it; one map has one writer");
+  }
+}
+
+MapLock::~MapLock() { ::close(file_); }
+
 MapCheckpoint loadMapFile(const std::string& path) {
   SqliteDatabase database(path, SqliteDatabase::Access::kRead);
   try {
@@ -127,10 +117,8 @@ MapCheckpoint loadMapFile(const std::string& path) {
 }
 
 struct MapWriter::Impl {
-  explicit Impl(const std::string& path)
-      : lock(path), database(path, SqliteDatabase::Access::kWrite), tables(database) {}
+  explicit Impl(const std::string& path) : database(path, SqliteDatabase::Access::kWrite), tables(database) {}
 
-  WriterLock lock;
   SqliteDatabase database;
   StateTableWriter tables;
 };

@@ -1,0 +1,190 @@
+#include "ratslam/system/part_checkpoints.h"
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "ratslam/version.h"
+
+namespace ratslam {
+namespace {
+
+constexpr std::array<const char*, 2> kTurns{".a.db", ".b.db"};
+
+std::string secondsText(Stamp stamp) {
+  const std::string nanoseconds = std::to_string(1'000'000'000 + stamp % 1'000'000'000).substr(1);
+  return std::to_string(stamp / 1'000'000'000) + '.' + nanoseconds + " s";
+}
+
+}  // namespace
+
+struct PartCheckpoints::Impl {
+  explicit Impl(const CheckpointSettings& chosen) : settings(chosen) {
+    for (std::size_t i = 0; i < kTurns.size(); ++i) {
+      paths[i] = settings.folder + "/" + settings.part + kTurns[i];
+    }
+    if (settings.read_only) return;
+    std::error_code error;
+    std::filesystem::create_directories(settings.folder, error);
+    if (error) {
+      throw std::runtime_error("map_dir " + settings.folder +
+                               ": cannot make this folder: " + error.message());
+    }
+    lock = std::make_unique<MapLock>(paths[0]);
+    thread = std::thread([this] { work(); });
+  }
+
+  ~Impl() {
+    if (!thread.joinable()) return;
+    {
+      const std::lock_guard<std::mutex> guard(mutex);
+      ending = true;
+    }
+    changed.notify_all();
+    thread.join();
+  }
+
+  /// Writes what is waiting, in a thread of its own.
+  void work() {
+    std::unique_lock<std::mutex> guard(mutex);
+    while (true) {
+      changed.wait(guard, [this] { return waiting || ending; });
+      if (!waiting) return;
+      const std::unique_ptr<MapCheckpoint> checkpoint = std::move(waiting);
+      writing = true;
+      guard.unlock();
+      std::optional<std::string> why = write(*checkpoint);
+      guard.lock();
+      writing = false;
+      if (why) failure = why;
+      changed.notify_all();
+    }
+  }
+
+  std::optional<std::string> write(const MapCheckpoint& checkpoint) {
+    const std::size_t turn = next_turn;
+    try {
+      if (!writers[turn]) writers[turn] = openWriter(paths[turn]);
+      writers[turn]->save(checkpoint);
+      next_turn = 1 - turn;
+      return std::nullopt;
+    } catch (const std::exception& error) {
+      writers[turn].reset();
+      return std::string("checkpoint lost: ") + error.what();
+    }
+  }
+
+  /// A damaged file is no loss where the other one is sound: it makes room.
+  static std::unique_ptr<MapWriter> openWriter(const std::string& path) {
+    try {
+      if (std::filesystem::exists(path)) loadMapFile(path);
+    } catch (const std::runtime_error&) {
+      std::filesystem::rename(path, path + ".damaged");
+    }
+    return std::make_unique<MapWriter>(path);
+  }
+
+  void hand(MapCheckpoint&& checkpoint) {
+    {
+      const std::lock_guard<std::mutex> guard(mutex);
+      waiting = std::make_unique<MapCheckpoint>(std::move(checkpoint));  // one that waits still makes room
+    }
+    changed.notify_all();
+  }
+
+  void waitUntilWritten() {
+    std::unique_lock<std::mutex> guard(mutex);
+    changed.wait(guard, [this] { return !waiting && !writing; });
+  }
+
+  MapCheckpoint take(Stamp stamp, const Save& save) const {
+    MapCheckpoint checkpoint;
+    checkpoint.stamp = stamp;
+    checkpoint.parameters = settings.parameters;
+    checkpoint.sessions = sessions;
+    checkpoint.sessions.push_back({version(), first.value_or(stamp), stamp});
+    save(checkpoint.state.child(settings.part));
+    return checkpoint;
+  }
+
+  CheckpointSettings settings;
+  std::array<std::string, 2> paths;
+  std::unique_ptr<MapLock> lock;
+  std::array<std::unique_ptr<MapWriter>, 2> writers;
+  std::size_t next_turn = 0;
+  std::vector<MapSession> sessions;  ///< before this one
+  std::optional<Stamp> first;
+  std::optional<Stamp> newest;
+  std::thread thread;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::unique_ptr<MapCheckpoint> waiting;
+  bool writing = false;
+  bool ending = false;
+  std::optional<std::string> failure;
+};
+
+PartCheckpoints::PartCheckpoints(const CheckpointSettings& settings) {
+  if (!settings.folder.empty()) impl_ = std::make_unique<Impl>(settings);
+}
+
+PartCheckpoints::~PartCheckpoints() = default;
+
+std::optional<State> PartCheckpoints::resume(const std::function<void(const std::string&)>& report) {
+  if (!impl_) return std::nullopt;
+  std::optional<MapCheckpoint> best;
+  std::size_t best_turn = 0;
+  std::vector<std::string> damaged;
+  for (std::size_t turn = 0; turn < kTurns.size(); ++turn) {
+    if (!std::filesystem::exists(impl_->paths[turn])) continue;
+    try {
+      MapCheckpoint checkpoint = loadMapFile(impl_->paths[turn]);
+      if (best && best->stamp >= checkpoint.stamp) continue;
+      best = std::move(checkpoint);
+      best_turn = turn;
+    } catch (const std::runtime_error& error) {
+      damaged.emplace_back(error.what());
+    }
+  }
+  for (const std::string& what : damaged) report(what);
+  if (!best) {
+    report(impl_->settings.folder + ": no checkpoint of " + impl_->settings.part +
+           (damaged.empty() ? "" : " that can be used") + ": it starts without memory");
+    return std::nullopt;
+  }
+  requireParameters(impl_->paths[best_turn], *best, impl_->settings.parameters);
+  report(impl_->paths[best_turn] + ": resumed from the checkpoint at " + secondsText(best->stamp));
+  impl_->next_turn = 1 - best_turn;
+  impl_->sessions = best->sessions;
+  impl_->newest = best->stamp;
+  return best->state.child(impl_->settings.part);
+}
+
+void PartCheckpoints::before(Stamp message, const Save& save) {
+  if (!impl_) return;
+  const auto period = static_cast<Stamp>(impl_->settings.period * 1e9);
+  const std::optional<Stamp> last = std::exchange(impl_->newest, message);
+  if (!impl_->first) impl_->first = message;
+  if (impl_->settings.read_only || !last || message / period == *last / period || message < *last) return;
+  impl_->hand(impl_->take(message / period * period, save));
+}
+
+void PartCheckpoints::saveNow(const Save& save) {
+  if (!impl_ || impl_->settings.read_only || !impl_->newest) return;
+  impl_->hand(impl_->take(*impl_->newest, save));
+  impl_->waitUntilWritten();
+  if (const auto why = takeFailure()) throw std::runtime_error(*why);
+}
+
+std::optional<std::string> PartCheckpoints::takeFailure() {
+  if (!impl_) return std::nullopt;
+  const std::lock_guard<std::mutex> guard(impl_->mutex);
+  return std::exchange(impl_->failure, std::nullopt);
+}
+
+}  // namespace ratslam

@@ -1,0 +1,119 @@
+#include "ratslam/system/part_checkpoints.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace ratslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Stamp kSecond = 1'000'000'000;
+
+/// A part that counts the messages it has taken in.
+class Counting : public testing::Test {
+ protected:
+  Counting() : folder_(fs::temp_directory_path() / ("part_checkpoints_test." + std::to_string(getpid()))) {
+    settings_.folder = folder_.string();
+    settings_.part = "pose_cells";
+    settings_.period = 5.0;
+    settings_.parameters = {{"pc_dim_xy", "30"}};
+  }
+  ~Counting() override { fs::remove_all(folder_); }
+
+  /// Messages of stamps (first, last], in seconds; `end` saves at the end as an orderly shutdown does.
+  void run(Stamp first, Stamp last, bool end) {
+    PartCheckpoints checkpoints(settings_);
+    resume(checkpoints);
+    const auto save = [this](State& state) { state.set("count", count_); };
+    for (Stamp second = first + 1; second <= last; ++second) {
+      checkpoints.before(second * kSecond, save);
+      ++count_;
+    }
+    if (end) checkpoints.saveNow(save);
+    EXPECT_FALSE(checkpoints.takeFailure());
+  }
+  void resume(PartCheckpoints& checkpoints) {
+    reports_.clear();
+    const auto state = checkpoints.resume([this](const std::string& line) { reports_.push_back(line); });
+    count_ = state ? state->get<std::int64_t>("count") : 0;
+  }
+  std::int64_t resumed() {
+    settings_.read_only = true;
+    PartCheckpoints checkpoints(settings_);
+    resume(checkpoints);
+    settings_.read_only = false;
+    return count_;
+  }
+
+  fs::path folder_;
+  CheckpointSettings settings_;
+  std::int64_t count_ = 0;
+  std::vector<std::string> reports_;
+};
+
+TEST_F(Counting, LosesAtMostThePeriod) {
+  run(0, 13, false);
+  EXPECT_EQ(resumed(), 9) << "messages before 10 s";
+  ASSERT_EQ(reports_.size(), 1U);
+  EXPECT_NE(reports_[0].find("resumed from the checkpoint at 10.000000000 s"), std::string::npos);
+}
+
+TEST_F(Counting, LosesNothingWhenItEndsInOrder) {
+  run(0, 13, true);
+  EXPECT_EQ(resumed(), 13);
+  run(13, 21, true);
+  EXPECT_EQ(resumed(), 21);
+}
+
+TEST_F(Counting, SaysThatItStartsWithoutMemory) {
+  EXPECT_EQ(resumed(), 0);
+  ASSERT_EQ(reports_.size(), 1U);
+  EXPECT_NE(reports_[0].find("no checkpoint of pose_cells: it starts without memory"), std::string::npos);
+}
+
+TEST_F(Counting, UsesTheLastGoodCheckpoint) {
+  run(0, 7, false);   // a checkpoint at 5 s
+  run(7, 13, false);  // and one at 10 s
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    const std::string path = entry.path().string();
+    if (entry.path().extension() != ".db" || loadMapFile(path).stamp != 10 * kSecond) continue;
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(fs::file_size(path) / 2));
+    file.write("damage damage damage damage", 27);
+    file.close();
+    fs::resize_file(path, fs::file_size(path) - 4096);
+  }
+  EXPECT_EQ(resumed(), 4);
+  EXPECT_EQ(reports_.size(), 2U) << "what is damaged, and what is used";
+  run(13, 25, true);  // goes on: the damaged file makes room
+  EXPECT_EQ(resumed(), 4 + 12);
+}
+
+TEST_F(Counting, RefusesOtherParameters) {
+  run(0, 13, true);
+  settings_.parameters["pc_dim_xy"] = "40";
+  PartCheckpoints checkpoints(settings_);
+  EXPECT_THROW(resume(checkpoints), std::runtime_error);
+}
+
+TEST_F(Counting, LeavesTheFilesAsTheyAreWhereNothingIsToBeLearned) {
+  run(0, 13, true);
+  const auto before = fs::last_write_time(folder_ / "pose_cells.a.db");
+  settings_.read_only = true;
+  run(13, 40, true);
+  settings_.read_only = false;
+  EXPECT_EQ(fs::last_write_time(folder_ / "pose_cells.a.db"), before);
+  EXPECT_EQ(resumed(), 13);
+}
+
+TEST_F(Counting, HasOneWriter) {
+  const PartCheckpoints first(settings_);
+  EXPECT_THROW(PartCheckpoints second(settings_), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace ratslam
