@@ -111,6 +111,7 @@ class Run:
         self.name = os.path.basename(os.path.abspath(folder))
         self.final: Optional[Trajectory] = self._read("trajectory_final.tum", read_trajectory)
         self.online: Optional[Trajectory] = self._read("trajectory_online.tum", read_trajectory)
+        self.odometry: Optional[Trajectory] = self._read("trajectory_odometry.tum", read_trajectory)
         self.map: Optional[Map] = self._read("map.yaml", read_map)
         self.templates = self._read("templates.csv", read_columns)
         self.actions = self._read("actions.csv", read_columns)
@@ -118,7 +119,8 @@ class Run:
         self.summary = self._read("summary.json", read_json) or {}
         if self.final is None:
             raise InputError(f"{folder}: no trajectory_final.tum: not a folder that ratslam_run left")
-        for trajectory, label in ((self.final, "final"), (self.online, "online")):
+        labels = ((self.final, "final"), (self.online, "online"), (self.odometry, "odometry"))
+        for trajectory, label in labels:
             if trajectory is not None:
                 trajectory.name = label
 

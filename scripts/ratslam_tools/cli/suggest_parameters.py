@@ -1,0 +1,86 @@
+"""suggest_parameters: crop, cell size, threshold and injection for a recording, from its first minutes."""
+
+import argparse
+import os
+
+from ratslam_tools import text_file
+from ratslam_tools.errors import InputError
+from ratslam_tools.runs import run_folder, runner, suggestion
+
+
+def lines_of(found) -> str:
+    """The suggestion as YAML with its reasons."""
+    lines = []
+    for reason, settings in found:
+        lines.append(f"# {reason}")
+        lines += [f"{key}: {value}" for key, value in settings.items()]
+    return "\n".join(lines) + "\n"
+
+
+def suggest(runs, source: str, frames: int) -> list:
+    """(reason, settings) in the order in which they were found."""
+    found, settings = [], {}
+
+    def add(reason, more):
+        settings.update(more)
+        found.append((reason, more))
+
+    more = suggestion.crop(suggestion.sample_images(source, frames))
+    add("What changes and shows something." if more else "Crop: the whole image tells places apart.", more)
+    first = runs(settings)
+    cell = suggestion.cell_size(run_folder.read_columns(os.path.join(first.folder, "odometry.csv")))
+    add(
+        f"Scale: a cell is crossed in about {suggestion.FRAMES_A_CELL:g} frames; places look the same within half of it.",
+        {"pc_cell_x_size": f"{cell:g}", "exp_recall_sigma": f"{0.5 * cell:g}"},
+    )
+    value, ratio = suggestion.threshold(runs, settings)
+    add(f"Threshold: {ratio:.2f} experiences a template (between 1 and 2 is wanted).", {"vt_match_threshold": value})
+    energy = suggestion.injection(runs, settings)
+    if energy is None:
+        add("Injection: no loop closed in this stretch; the default stays. Try a stretch that comes back.", {})
+    else:
+        add("Injection: the least energy that closes a loop.", {"pc_vt_inject_energy": energy})
+    return found
+
+
+def main(argv=None) -> None:
+    """suggest_parameters."""
+    parser = argparse.ArgumentParser(
+        prog="suggest_parameters",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Proposes image crop, cell size, template threshold and injected energy for a recording, by runs over "
+        "its first minutes, and prints them as YAML with the reasons. docs/tuning.md explains them.",
+        epilog="examples:\n  suggest_parameters drive.bag --config robot.yaml --odometry topic > found.yaml\n"
+        "  suggest_parameters dataset/sequences/00 --config config/kitti.yaml --out out/tuning",
+    )
+    parser.add_argument("input", metavar="INPUT", help="bag, KITTI sequence or recorder folder, as for ratslam_run")
+    parser.add_argument("--config", required=True, metavar="FILE", help="configuration to start from")
+    parser.add_argument("--odometry", metavar="KIND", help="passed on: profile, topic, orb or an odometry CSV")
+    parser.add_argument("--frames", type=int, default=1800, metavar="N", help="images looked at (default: %(default)s)")
+    parser.add_argument("--out", default="out/tuning", metavar="DIR", help="folder for the runs (default: %(default)s)")
+    parser.add_argument("--yaml", metavar="FILE", help="write the suggestion here, not to stdout")
+    parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
+    arguments = parser.parse_args(argv)
+    if arguments.frames < 10:
+        raise InputError(f"--frames: {arguments.frames} is not allowed: at least 10")
+    program = runner.find(arguments.ratslam_run)
+    odometry = [arguments.odometry]
+
+    def runs(settings):
+        name = "_".join(f"{key}={value}" for key, value in sorted(settings.items())) or "first"
+        folder = os.path.join(arguments.out, name)
+        words = runner.command(
+            program, arguments.input, arguments.config, folder, settings, odometry[0], arguments.frames
+        )
+        run = run_folder.Run(runner.run_once(words, folder))
+        if odometry[0] == "orb":  # behind the odometry nothing changes it
+            odometry[0] = os.path.join(folder, "odometry.csv")
+        return run
+
+    text = lines_of(suggest(runs, arguments.input, arguments.frames))
+    if arguments.yaml is None:
+        print(text, end="")
+        return
+    with text_file.writing(arguments.yaml) as file:
+        file.write(text)
+    print(f"wrote {arguments.yaml}")

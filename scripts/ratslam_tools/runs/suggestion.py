@@ -1,0 +1,144 @@
+"""Parameters that suit a recording, found from its first minutes in the order in which they depend on each other.
+
+1. Crop: rows and columns that never change (bonnet, robot) or show nothing (sky, ceiling) tell no place from another.
+2. Scale: a pose cell is as wide as the robot moves in a few frames, so that the packet moves smoothly.
+3. Threshold: experiences : templates between 1 : 1 and 2 : 1. With fewer experiences every image is a place of its own;
+   with more one view stands for many places.
+4. Injection: as little energy as closes the shortest loop; more lets single false recalls move the packet.
+"""
+
+import math
+import os
+from typing import Callable, Dict, List, Optional, Tuple
+
+import numpy as np
+
+from ratslam_tools.datasets import images
+from ratslam_tools.errors import InputError
+from ratslam_tools.runs import run_folder
+
+FRAMES_A_CELL = 2.5  # frames in which the robot crosses a pose cell at its usual speed
+MOVING = 0.1  # share of the fastest tenth's speed below which the robot stands
+EDGE = 0.35  # share of the median below which a row's change or texture is none
+LARGEST_CUT = 0.45  # of the image, from one side
+RATIO = (1.2, 1.8)  # wanted experiences : templates
+THRESHOLDS = (0.005, 0.3)
+ENERGIES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+Runs = Callable[[Dict[str, str]], run_folder.Run]
+
+
+def sample_images(source: str, frames: int, count: int = 60) -> List[np.ndarray]:
+    """Grey images spread over the first `frames` of a folder or bag."""
+    if source.endswith(".bag"):
+        return _sample_bag(source, frames, count)
+    for name in ("image_0", "images"):
+        folder = os.path.join(source, name)
+        if os.path.isdir(folder):
+            names = images.list_images(folder)[:frames]
+            chosen = names[:: max(1, len(names) // count)]
+            return [images.load_image(os.path.join(folder, name), colour=False) for name in chosen]
+    raise InputError(f"{source}: neither a bag nor a folder with image_0/ or images/")
+
+
+def _sample_bag(path: str, frames: int, count: int) -> List[np.ndarray]:
+    import cv2
+    from cv_bridge import CvBridge
+
+    from ratslam_tools.datasets import bags  # ROS is needed here only
+
+    sampled = []
+    with bags.reading(path) as bag:
+        topics = bag.get_type_and_topic_info().topics
+        kinds = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+        named = [topic for topic, info in sorted(topics.items()) if info.msg_type in kinds]
+        if not named:
+            raise InputError(f"{path}: no topic of images")
+        step = max(1, min(frames, topics[named[0]].message_count) // count)
+        for number, (_, message, _) in enumerate(bag.read_messages(topics=named[:1])):
+            if number >= frames:
+                break
+            if number % step:
+                continue
+            if hasattr(message, "encoding"):
+                image = CvBridge().imgmsg_to_cv2(message, "mono8")
+            else:
+                image = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_GRAYSCALE)
+            if image is not None:
+                sampled.append(image)
+    return sampled
+
+
+def crop(sampled: List[np.ndarray]) -> Dict[str, str]:
+    """The part of the image that changes and shows something; nothing where that is all of it."""
+    size = sampled[0].shape
+    stack = np.array([image for image in sampled if image.shape == size], dtype=np.float32)
+    change = stack.std(axis=0)
+    texture = np.abs(np.diff(stack, axis=2)).mean(axis=0)
+    settings = {}
+    rows = _kept(np.minimum(_share(change.mean(axis=1)), _share(texture.mean(axis=1))))
+    columns = _kept(_share(change.mean(axis=0)))
+    for axis, kept, length in (("y", rows, size[0]), ("x", columns, size[1])):
+        if kept[0] > 0.05 * length:
+            settings[f"image_crop_{axis}_min"] = str(kept[0])
+        if kept[1] < 0.95 * length:
+            settings[f"image_crop_{axis}_max"] = str(kept[1])
+    return settings
+
+
+def _share(values: np.ndarray) -> np.ndarray:
+    return values / max(float(np.median(values)), 1e-6)
+
+
+def _kept(shares: np.ndarray) -> Tuple[int, int]:
+    """First row kept and the one after the last, cut from the ends only."""
+    most = int(LARGEST_CUT * len(shares))
+    begin, end = 0, len(shares)
+    while begin < most and shares[begin] < EDGE:
+        begin += 1
+    while len(shares) - end < most and shares[end - 1] < EDGE:
+        end -= 1
+    return begin, end
+
+
+def cell_size(odometry: Dict[str, np.ndarray]) -> float:
+    """Edge of a pose cell, in the odometry's unit, as one digit. @throws InputError where nothing moves."""
+    speeds, periods = np.abs(odometry["linear_x"]), np.diff(odometry["stamp"])
+    fast = float(np.quantile(speeds, 0.9)) if len(speeds) else 0.0
+    if fast <= 0.0 or len(periods) == 0:
+        raise InputError("the odometry says that nothing moves: no scale can be found; is it the right topic?")
+    step = float(np.median(speeds[speeds > MOVING * fast])) * float(np.median(periods))
+    exact = FRAMES_A_CELL * step
+    digit = 10.0 ** math.floor(math.log10(exact))
+    return min((1, 1.5, 2, 3, 5, 7, 10), key=lambda factor: abs(math.log(factor * digit / exact))) * digit
+
+
+def ratio_of(run: run_folder.Run) -> float:
+    """Experiences : templates."""
+    counts = run.summary.get("counts", {})
+    return counts.get("experiences", 0) / max(1, counts.get("templates", 0))
+
+
+def threshold(runs: Runs, settings: Dict[str, str], tries: int = 8) -> Tuple[str, float]:
+    """vt_match_threshold whose ratio lies in RATIO or as near to it as it gets, and that ratio."""
+    low, high = (math.log(value) for value in THRESHOLDS)
+    best: Optional[Tuple[float, str, float]] = None
+    for _ in range(tries):
+        middle = 0.5 * (low + high)
+        value = f"{math.exp(middle):.3g}"
+        ratio = ratio_of(runs({**settings, "vt_match_threshold": value}))
+        miss = max(RATIO[0] - ratio, ratio - RATIO[1], 0.0)
+        if best is None or miss < best[0]:
+            best = (miss, value, ratio)
+        if miss == 0.0:
+            break
+        low, high = (middle, high) if ratio < RATIO[0] else (low, middle)
+    return best[1], best[2]
+
+
+def injection(runs: Runs, settings: Dict[str, str]) -> Optional[str]:
+    """The least energy with which a loop closes; None where none does, or none is driven."""
+    for energy in ENERGIES:
+        run = runs({**settings, "pc_vt_inject_energy": f"{energy:g}"})
+        if run.map is not None and len(run.map.loop_ends) > 0:
+            return f"{energy:g}"
+    return None

@@ -1,0 +1,98 @@
+#include "conversions.h"
+
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+namespace ratslam::python {
+namespace {
+
+std::string textOf(const py::handle& value) {
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
+  if (py::isinstance<py::float_>(value)) return py::repr(value).cast<std::string>();
+  return py::str(value).cast<std::string>();
+}
+
+std::string shapeOf(const py::array& array) {
+  std::string text;
+  for (py::ssize_t i = 0; i < array.ndim(); ++i) {
+    text += (i == 0 ? "" : " x ") + std::to_string(array.shape(i));
+  }
+  return text + " of " + py::str(array.dtype()).cast<std::string>();
+}
+
+}  // namespace
+
+ParameterMap parametersOf(const py::kwargs& keywords) {
+  ParameterMap map;
+  for (const auto& [key, value] : keywords) {
+    ParameterValue parameter;
+    parameter.origin = "the call";
+    parameter.is_list = py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value);
+    if (parameter.is_list) {
+      for (const py::handle& element : value) parameter.elements.push_back(textOf(element));
+    } else {
+      parameter.text = textOf(value);
+    }
+    map.set(key.cast<std::string>(), std::move(parameter));
+  }
+  return map;
+}
+
+Stamp stampFrom(const py::object& stamp) {
+  constexpr double kNanoseconds = 1e9;
+  constexpr double kLatest_s = 9e9;
+  const auto number = py::module::import("numbers");
+  if (py::isinstance(stamp, number.attr("Integral"))) return py::int_(stamp).cast<Stamp>();
+  if (py::isinstance(stamp, number.attr("Real"))) {
+    const double seconds = py::float_(stamp).cast<double>();
+    if (std::abs(seconds) <= kLatest_s) return static_cast<Stamp>(std::llround(seconds * kNanoseconds));
+  }
+  throw std::invalid_argument("stamp: value " + py::str(stamp).cast<std::string>() +
+                              " is not allowed: an int counts nanoseconds, a float seconds");
+}
+
+cv::Mat imageFrom(const py::array& array) {
+  const bool bytes = py::isinstance<py::array_t<std::uint8_t>>(array);
+  const bool words = py::isinstance<py::array_t<std::uint16_t>>(array);
+  const bool grey = array.ndim() == 2;
+  const bool colour = array.ndim() == 3 && array.shape(2) == 3 && bytes;
+  if (!((bytes || words) && (grey || colour)) || array.size() == 0) {
+    throw std::invalid_argument(
+        "image: an array of " + shapeOf(array) +
+        " is not allowed: rows x columns of uint8 or uint16, or rows x columns x 3 of uint8");
+  }
+  const int type = words ? CV_16UC1 : grey ? CV_8UC1 : CV_8UC3;
+  const py::array whole = py::array::ensure(array, py::array::c_style);
+  const cv::Mat image(static_cast<int>(whole.shape(0)), static_cast<int>(whole.shape(1)), type,
+                      const_cast<void*>(whole.data()));
+  return whole.ptr() == array.ptr() ? image : image.clone();
+}
+
+py::array_t<std::uint8_t> arrayFrom(const cv::Mat& image) {
+  py::array_t<std::uint8_t> array({image.rows, image.cols});
+  for (int row = 0; row < image.rows; ++row) {
+    std::memcpy(array.mutable_data(row, 0), image.ptr(row), static_cast<std::size_t>(image.cols));
+  }
+  return array;
+}
+
+py::array_t<double> arrayFrom(const std::vector<StampedPose>& trajectory) {
+  py::array_t<double> array({static_cast<py::ssize_t>(trajectory.size()), static_cast<py::ssize_t>(6)});
+  double* value = array.mutable_data();
+  for (const StampedPose& stamped : trajectory) {
+    const MapPose& pose = stamped.pose;
+    for (const double number :
+         {secondsBetween(0, stamped.stamp), pose.x, pose.y, pose.z, pose.yaw, pose.log_scale}) {
+      *value++ = number;
+    }
+  }
+  return array;
+}
+
+State stateFrom(const py::bytes& bytes) {
+  const std::string text = bytes;
+  return State::fromBytes({text.begin(), text.end()});
+}
+
+}  // namespace ratslam::python

@@ -1,0 +1,56 @@
+#include "conversions.h"
+#include "module.h"
+#include "ratslam/local_view/local_view_cells.h"
+
+namespace ratslam::python {
+
+void bindLocalView(py::module& module) {
+  py::class_<ViewEvent>(module, "ViewEvent", "The view cell that an image made active.")
+      .def(py::init([](const py::object& stamp, std::uint32_t id, double relative_rad) {
+             ViewEvent event;
+             event.stamp = stampFrom(stamp);
+             event.id = id;
+             event.relative_rad = relative_rad;
+             return event;
+           }),
+           py::arg("stamp"), py::arg("id"), py::arg("relative_rad") = 0.0)
+      .def_readonly("stamp", &ViewEvent::stamp, "[ns]")
+      .def_readonly("id", &ViewEvent::id, "number of its template")
+      .def_readonly("relative_rad", &ViewEvent::relative_rad, "heading now relative to the template's [rad]")
+      .def_readonly("error", &ViewEvent::error, "of the best candidate, -1 where there was none")
+      .def_readonly("learned", &ViewEvent::learned, "the template is new");
+
+  py::class_<LocalViewCells>(module, "LocalViewCells",
+                             R"(Each image makes one view cell active, a learned one or a new one.
+
+Parameters by name: LocalViewCells(template_x_size=60, template_y_size=10, vt_match_threshold=0.04).)")
+      .def(py::init([](const py::kwargs& keywords) {
+        return std::make_unique<LocalViewCells>(read<LocalViewParams>(keywords));
+      }))
+      .def_property_readonly("parameters",
+                             [](const LocalViewCells& cells) { return dictionaryOf(cells.params()); })
+      .def(
+          "observe",
+          [](LocalViewCells& cells, const py::object& stamp, const py::array& image) {
+            return cells.observe(stampFrom(stamp), imageFrom(image));
+          },
+          py::arg("stamp"), py::arg("image"),
+          "The view event of an image: (rows, columns) grey or (rows, columns, 3) BGR. An int stamp counts "
+          "nanoseconds, a float seconds.")
+      .def("__len__", &LocalViewCells::size, "Number of learned templates.")
+      .def(
+          "template",
+          [](const LocalViewCells& cells, std::uint32_t id) { return arrayFrom(cells.templateImage(id)); },
+          py::arg("id"), "A template as a picture, (rows, columns) of uint8.")
+      .def_property_readonly(
+          "view", [](const LocalViewCells& cells) { return arrayFrom(cells.viewImage()); },
+          "The present view as a picture.")
+      .def_property_readonly("memory_bytes", &LocalViewCells::memoryBytes)
+      .def(
+          "save", [](const LocalViewCells& cells) { return save(cells); }, "The state as bytes.")
+      .def(
+          "load", [](LocalViewCells& cells, const py::bytes& bytes) { cells.load(stateFrom(bytes)); },
+          py::arg("state"));
+}
+
+}  // namespace ratslam::python

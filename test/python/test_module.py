@@ -1,0 +1,157 @@
+"""The Python module: the models by their parameters' names, arrays without copies, states, tools under one roof."""
+
+import importlib
+import os
+import sys
+
+import numpy as np
+import pytest
+
+from conftest import SOURCE
+
+for place in (
+    os.path.join(SOURCE, "devel", "lib", "python3", "dist-packages"),
+    os.path.join(SOURCE, "build", "python"),
+):
+    if os.path.isdir(os.path.join(place, "ratslam")) and place not in sys.path:
+        sys.path.append(place)
+ratslam = pytest.importorskip("ratslam", reason="the Python module is not built")
+
+
+def test_activity_is_a_view_that_follows_the_network():
+    network = ratslam.PoseCellNetwork(pc_dim_xy=15, pc_dim_th=24, pc_cell_x_size=0.5)
+    activity = network.activity
+    assert activity.shape == (24, 15, 15) and activity.dtype == np.float64 and not activity.flags.owndata
+    assert activity.sum() == pytest.approx(1.0, abs=1e-12) and activity[12, 7, 7] == 1.0
+    network.inject(heading=3, y=2, x=1, energy=0.5)
+    assert activity[3, 2, 1] > 0.0
+    network.attract()
+    assert np.shares_memory(activity, network.activity)
+    assert activity.sum() == pytest.approx(1.0, abs=1e-12)
+    with pytest.raises(ValueError):
+        activity[0, 0, 0] = 1.0
+    del network
+    assert activity.sum() == pytest.approx(1.0, abs=1e-12)
+
+
+def test_packets_move_along_their_heading_and_turn():
+    network = ratslam.PoseCellNetwork(pc_dim_xy=21, pc_cell_x_size=1.0, pc_openratslam_corner=False)
+    for _ in range(10):
+        network.step(0.3, 0.0)
+    assert network.estimate.x == pytest.approx(10 - 3.0, abs=0.2), "it starts facing backwards: layer 18 of 36"
+    assert network.estimate.y == pytest.approx(10, abs=0.2)
+    for _ in range(9):
+        network.step(0.0, np.pi / 18)
+    assert network.estimate.th == pytest.approx(27, abs=0.3)
+
+
+def test_a_state_saved_goes_on_as_if_it_had_never_stopped():
+    whole, first = (ratslam.PoseCellNetwork(pc_dim_xy=11) for _ in range(2))
+    for network in (whole, first):
+        for step in range(20):
+            network.step(0.2, 0.01 * step)
+    second = ratslam.PoseCellNetwork(pc_dim_xy=11)
+    before = second.activity
+    second.load(first.save())
+    assert before.sum() == pytest.approx(1.0), "a view of what was before stays whole"
+    for network in (whole, second):
+        for step in range(20):
+            network.step(0.1, -0.02 * step)
+    assert np.array_equal(whole.activity, second.activity) and whole.save() == second.save()
+    with pytest.raises(RuntimeError):
+        ratslam.PoseCellNetwork(pc_dim_xy=13).load(first.save())
+    with pytest.raises(RuntimeError):
+        second.load(b"nothing of the kind")
+
+
+@pytest.mark.parametrize(
+    "settings, words",
+    [
+        ({"pc_dim_xyz": 3}, "pc_dim_xyz.*did you mean pc_dim_xy"),
+        ({"pc_dim_xy": 0}, "pc_dim_xy.*0"),
+        ({"pc_dim_xy": 2.5}, "whole number"),
+        ({"pc_cell_x_size": float("nan")}, "pc_cell_x_size"),
+        ({"pc_cell_x_size": "wide"}, "not a number"),
+    ],
+)
+def test_bad_parameters_are_named(settings, words):
+    with pytest.raises(ValueError, match=words):
+        ratslam.PoseCellNetwork(**settings)
+
+
+def test_activity_of_another_shape_and_cells_outside_are_refused():
+    network = ratslam.PoseCellNetwork(pc_dim_xy=11, pc_dim_th=12)
+    with pytest.raises(ValueError, match=r"\(12, 11, 11\)"):
+        network.set_activity(np.ones((11, 11, 12)))
+    for bad in (np.zeros((12, 11, 11)), -np.ones((12, 11, 11)), np.full((12, 11, 11), np.nan)):
+        with pytest.raises(ValueError):
+            network.set_activity(bad)
+    with pytest.raises(ValueError, match="heading: value 12"):
+        network.inject(12, 0, 0, 0.1)
+    packet = np.zeros((12, 11, 11))
+    packet[4, 3, 2] = 2.0
+    network.set_activity(packet)
+    assert network.activity[4, 3, 2] == 1.0 and tuple(network.estimate) == pytest.approx((2, 3, 4))
+
+
+VIEW = {"template_x_size": 20, "template_y_size": 6, "vt_match_threshold": 0.02, "vt_shift_match": 2, "vt_step_match": 1}
+
+
+def textured(seed):
+    return np.random.RandomState(seed).randint(0, 256, (60, 160)).astype(np.uint8)
+
+
+def test_views_are_learned_and_recalled():
+    cells = ratslam.LocalViewCells(**VIEW)
+    assert cells.parameters["template_x_size"] == 20
+    first, second = cells.observe(0.0, textured(1)), cells.observe(0.1, textured(2))
+    again = cells.observe(200000000, np.dstack([textured(1)] * 3))
+    assert (first.learned, second.learned, again.learned) == (True, True, False)
+    assert (first.id, second.id, again.id, len(cells)) == (0, 1, 0, 2) and again.stamp == 200000000
+    assert cells.template(1).shape == (6, 20) and cells.template(1).dtype == np.uint8
+    strided = np.ascontiguousarray(np.repeat(textured(2), 2, axis=1))[:, ::2]
+    assert cells.observe(0.3, strided).id == 1
+    for bad in (np.zeros((3, 4, 5), np.uint8), np.zeros((3, 4)), np.zeros((0, 4), np.uint8)):
+        with pytest.raises(ValueError, match="image"):
+            cells.observe(0.4, bad)
+    with pytest.raises(ValueError, match="stamp"):
+        cells.observe("now", textured(1))
+    restored = ratslam.LocalViewCells(**VIEW)
+    restored.load(cells.save())
+    assert restored.observe(0.5, textured(2)).id == 1 and len(restored) == 2
+
+
+def test_the_models_together_close_a_square():
+    cells = ratslam.PoseCells(pc_dim_xy=11, pc_cell_x_size=0.5)
+    experiences = ratslam.ExperienceMap(exp_initial_em_deg=0.0, exp_recall_sigma=0.3)
+    experiences.start(0.0)
+    for step in range(41):
+        stamp, side = 0.1 * (step + 1), step % 10
+        forward, rotation = 0.4, np.pi / 2 if side == 9 else 0.0
+        experiences.integrate(stamp, forward, rotation)
+        cells.integrate(forward, rotation)
+        cells.activate(ratslam.ViewEvent(stamp, step % 40))
+        action = cells.decide()
+        if action.kind != "none":
+            experiences.apply(action)
+    experiences.settle()
+    assert experiences.experiences.shape[1] == 5 and len(experiences.experiences) >= 30
+    links = experiences.links
+    assert links["ends"].shape == (len(links["recall"]), 2) and links["measured"].shape[1] == 5
+    assert experiences.final_trajectory.shape == experiences.online_trajectory.shape
+    again = ratslam.ExperienceMap(exp_initial_em_deg=0.0, exp_recall_sigma=0.3)
+    again.load(experiences.save())
+    assert np.array_equal(again.experiences, experiences.experiences)
+    with pytest.raises(ValueError, match="create_edge"):
+        ratslam.Action(0, "invent", 0, 1)
+
+
+def test_tools_are_the_tools_themselves():
+    by_module = importlib.import_module("ratslam.tools.trajectory.geometry")
+    by_name = importlib.import_module("ratslam_tools.trajectory.geometry")
+    assert by_module is by_name and by_name.__spec__.name == "ratslam_tools.trajectory.geometry"
+    assert ratslam.tools.errors.InputError is sys.modules["ratslam_tools.errors"].InputError
+    with pytest.raises(ImportError):
+        importlib.import_module("ratslam.tools.nothing")
+    with pytest.raises(ratslam.tools.errors.InputError, match="no such folder"):
+        ratslam.read_run("/nowhere")

@@ -1,0 +1,106 @@
+"""Parameters proposed for a recording, and the table of records, with a stand-in for ratslam_run."""
+
+import math
+import os
+import types
+
+import numpy as np
+import pytest
+
+from ratslam_tools.cli import reproduce_records, suggest_parameters
+from ratslam_tools.errors import InputError
+from ratslam_tools.runs import suggestion
+from ratslam_tools.trajectory import frames, write_kitti
+
+
+def scene(bonnet=0, sky=0, count=20, shape=(100, 200)):
+    """Images of a textured scene that moves, above a bonnet that does not and below a sky without texture."""
+    random = np.random.RandomState(3)
+    world = random.randint(0, 256, (shape[0], 2 * shape[1])).astype(np.uint8)
+    hood = random.randint(0, 256, (shape[0], shape[1])).astype(np.uint8)
+    sampled = []
+    for index in range(count):
+        image = world[:, 5 * index : 5 * index + shape[1]].copy()
+        image[:sky] = 200 + index  # gets brighter, shows nothing
+        if bonnet:
+            image[-bonnet:] = hood[-bonnet:]
+        sampled.append(image)
+    return sampled
+
+
+def test_bonnet_and_sky_are_cut_and_nothing_else():
+    assert suggestion.crop(scene()) == {}
+    settings = suggestion.crop(scene(bonnet=20, sky=30))
+    assert settings == {"image_crop_y_min": "30", "image_crop_y_max": "80"}
+    dark = [np.zeros((50, 60), np.uint8)] * 5
+    most = suggestion.crop(dark)
+    assert all(0 < int(value) < 60 for value in most.values()), "never the whole image"
+
+
+@pytest.mark.parametrize("speed, wanted", [(8.0, 2.0), (0.06, 0.015), (-8.0, 2.0)])
+def test_a_cell_is_crossed_in_a_few_frames(speed, wanted):
+    odometry = {"stamp": 0.1 * np.arange(100), "linear_x": np.where(np.arange(100) < 30, 0.0, speed)}
+    assert suggestion.cell_size(odometry) == pytest.approx(wanted)
+
+
+def test_no_scale_without_motion():
+    with pytest.raises(InputError, match="nothing moves"):
+        suggestion.cell_size({"stamp": np.arange(5.0), "linear_x": np.zeros(5)})
+
+
+def stand_in(critical, closes_at=0.2):
+    """Runs whose ratio of experiences to templates rises with the threshold and passes 1.5 at `critical`."""
+
+    def runs(settings):
+        threshold = float(settings.get("vt_match_threshold", 0.03))
+        ratio = 1.0 + 0.5 * (threshold / critical) ** 2
+        loops = 1 if float(settings.get("pc_vt_inject_energy", 0)) >= closes_at else 0
+        found_map = types.SimpleNamespace(loop_ends=np.zeros((loops, 2)))
+        counts = {"experiences": 1000 * ratio, "templates": 1000}
+        return types.SimpleNamespace(summary={"counts": counts}, map=found_map)
+
+    return runs
+
+
+@pytest.mark.parametrize("critical", [0.01, 0.05, 0.2])
+def test_the_threshold_brings_the_ratio_where_it_is_wanted(critical):
+    value, ratio = suggestion.threshold(stand_in(critical), {})
+    assert suggestion.RATIO[0] <= ratio <= suggestion.RATIO[1]
+    assert abs(math.log(float(value) / critical)) < 0.6
+
+
+def test_the_least_energy_that_closes_a_loop():
+    assert suggestion.injection(stand_in(0.05), {}) == "0.2"
+    assert suggestion.injection(stand_in(0.05, closes_at=9.0), {}) is None
+
+
+def test_records_of_the_sequences_that_are_there(tmp_path, drive, capsys):
+    root = tmp_path / "kitti"
+    for name in ("03", "07"):
+        (root / "sequences" / name).mkdir(parents=True)
+        np.savetxt(root / "sequences" / name / "times.txt", drive().stamps)
+        (root / "poses").mkdir(exist_ok=True)
+        write_kitti(root / "poses" / f"{name}.txt", frames.convert(drive(), "base", "camera"))
+    program = tmp_path / "program"
+    program.write_text(
+        "#!/bin/sh\nwhile [ $# -gt 1 ]; do [ \"$1\" = --out ] && out=$2; shift; done\n"
+        f"for kind in online final odometry; do cp {tmp_path}/truth.tum $out/trajectory_$kind.tum; done\n"
+    )
+    program.chmod(0o755)
+    from ratslam_tools.trajectory import write_tum
+
+    write_tum(tmp_path / "truth.tum", drive())
+    out = tmp_path / "out"
+    reproduce_records.main([str(root), "--out", str(out), "--ratslam_run", str(program)])
+    lines = [line.split() for line in capsys.readouterr().out.splitlines() if line[:2] in ("03", "07")]
+    table = [line for line in lines if len(line) > 5]
+    assert [line[:2] for line in table] == [["03", "odometry"], ["03", "final"], ["07", "odometry"], ["07", "final"]]
+    assert "2.19" in table[3] and "2.19" not in table[2] and "1.19" in table[0]
+    assert os.path.isfile(out / "records.json")
+    with pytest.raises(InputError, match="neither a sequence"):
+        reproduce_records.main([str(tmp_path / "out")])
+
+
+def test_suggestions_are_yaml_with_reasons(tmp_path):
+    text = suggest_parameters.lines_of([("Because.", {"pc_cell_x_size": "2"}), ("Nothing.", {})])
+    assert text == "# Because.\npc_cell_x_size: 2\n# Nothing.\n"
