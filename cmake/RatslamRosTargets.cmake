@@ -44,6 +44,12 @@ foreach(file ${candidates})
     endif()
   endif()
 endforeach()
+# On PATH once the devel space is sourced, and not where rosrun looks.
+file(MAKE_DIRECTORY ${CATKIN_DEVEL_PREFIX}/bin)
+foreach(file ${python_scripts})
+  get_filename_component(name ${file} NAME)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E create_symlink ${file} ${CATKIN_DEVEL_PREFIX}/bin/${name})
+endforeach()
 install(PROGRAMS ${python_scripts} DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY scripts/ratslam_tools DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} PATTERN __pycache__ EXCLUDE)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# After `. devel/setup.bash`, rosrun finds every program and script of the package, each once.
+# After `. devel/setup.bash`, rosrun finds every program and script of the package, each once, and scripts are on PATH.
 # Usage: devel_space.sh SOURCE_TREE
 set -euo pipefail
 cd "$1"
@@ -19,5 +19,8 @@ for name in $programs $scripts; do
     "found "*/"$name") ;;
     *) echo "rosrun ratslam_ros $name: $found"; bad=1 ;;
   esac
+done
+for name in $scripts; do
+  [ "$(readlink -f "$(command -v "$name")")" = "$1/scripts/$name" ] || { echo "$name is not on PATH"; bad=1; }
 done
 exit $bad
