@@ -303,3 +303,28 @@ def test_folders_that_are_no_recording(tmp_path, fails):
     assert "no images" in fails(
         "recorder_to_bag", tmp_path, tmp_path / "x.bag", "--calibration", tmp_path / "phone.yaml"
     )
+
+
+def test_a_recording_of_images_alone_is_a_bag_as_well(recording, tmp_path):
+    for name in ("data_imu.txt", "data_gps.txt"):
+        (recording / name).unlink()
+    recorder_to_bag.main([str(recording), str(tmp_path / "n.bag"), "--calibration", str(tmp_path / "phone.yaml")])
+    assert len(messages(tmp_path / "n.bag", "/nn/camera/image/compressed")) == 4
+
+
+def test_damaged_bags_are_refused_in_one_line(sequence, tmp_path):
+    kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag")])
+    whole = (tmp_path / "k.bag").read_bytes()
+    at = whole.index(b"size=") + len(b"size=")
+    for change, words in (
+        (whole[:at] + b"\xf0\xff\xff\xff" + whole[at + 4 :], "claims 4294967280"),
+        (whole[: len(whole) // 2], "beyond the file's end"),
+        (b"#ROSBAG V9\n" + whole[13:], "does not begin with"),
+        (whole.replace(b"nav_msgs/Odometry", b"nav_msgs/Odom\xffry"), "damaged"),
+    ):
+        (tmp_path / "d.bag").write_bytes(change)
+        with pytest.raises(InputError, match=words):
+            bags.read_trajectory_topic(str(tmp_path / "d.bag"), "/kitti/ground_truth")
+    os.mkfifo(tmp_path / "pipe.bag")
+    with pytest.raises(InputError, match="no regular file"):
+        bags.read_trajectory_topic(str(tmp_path / "pipe.bag"), "/kitti/ground_truth")

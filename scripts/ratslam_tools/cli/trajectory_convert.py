@@ -3,6 +3,7 @@ for.
 """
 
 import argparse
+import sys
 
 from ratslam_tools import text_file
 from ratslam_tools.datasets import recorder, sources
@@ -14,6 +15,8 @@ from ratslam_tools.trajectory import read_trajectory, write_kitti, write_tum
 def read_gps(path: str, max_accuracy: float):
     """The accurate fixes of a recorder's GPS log (file or folder) in East-North-Up."""
     recording = recorder.read_gps_log(path)
+    for reason, count in sorted(recording.dropped.items()):
+        print(f"note: {reason}: {count}", file=sys.stderr)
     rows = recorder.good_fixes(recording, max_accuracy)
     if not len(rows):
         raise InputError(

@@ -45,6 +45,7 @@ def _damaged(path: str, error: Exception) -> InputError:
 
 # A chunk of so many bytes is never refused; bigger ones are, where they claim to hold far more than they are.
 CHUNK_BYTES, CHUNK_RATIO = 64 << 20, 1000
+BAG_HEADER, CHUNK = b"\x03", b"\x05"
 
 
 def _check_records(path: str) -> None:
@@ -63,7 +64,10 @@ def _check_records(path: str) -> None:
                 header = _field(file, position, size, path)
                 data = position + 4 + len(header)
                 length = _length(file, data, size, path)
-                _check_chunk(path, header, length)
+                fields = _fields(header)
+                if fields.get(b"op") == BAG_HEADER and not any(fields.get(b"index_pos", b"")):
+                    return  # no index: the recording was cut off, maybe within a record; rosbag says it
+                _check_chunk(path, fields, length)
                 position = data + 4 + length
     except OSError as error:
         raise InputError(f"{path}: not a readable bag: {error.strerror}") from None
@@ -85,15 +89,20 @@ def _field(file, position: int, size: int, path: str) -> bytes:
     return file.read(_length(file, position, size, path))
 
 
-def _check_chunk(path: str, header: bytes, length: int) -> None:
-    """@param header fields `length name=value` of a record, @param length of its data [bytes]"""
+def _fields(header: bytes) -> dict:
+    """Name and value of the fields `length name=value` of a record's header."""
     fields = {}
     while len(header) >= 4:
         end = 4 + struct.unpack("<I", header[:4])[0]
         name, _, value = header[4:end].partition(b"=")
         fields[name], header = value, header[end:]
+    return fields
+
+
+def _check_chunk(path: str, fields: dict, length: int) -> None:
+    """@param fields of a record's header, @param length of its data [bytes]"""
     unpacked = fields.get(b"size", b"")
-    if fields.get(b"op") != b"\x05" or len(unpacked) != 4:
+    if fields.get(b"op") != CHUNK or len(unpacked) != 4:
         return
     claimed = struct.unpack("<I", unpacked)[0]
     packed = fields.get(b"compression", b"none") != b"none"

@@ -14,7 +14,7 @@ REQUIRED = ("image_width", "image_height", "fx", "fy", "cx", "cy")
 DISTORTION = ("k1", "k2", "p1", "p2", "k3")
 # Coefficients of each of the lens models of sensor_msgs/CameraInfo; more of them must be zero.
 MODELS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}
-SYNONYMS = {"radtan": "plumb_bob", "fisheye": "equidistant", "kannala_brandt": "equidistant"}
+SYNONYMS = {"fisheye": "equidistant"}
 MAX_SIZE, MAX_FOCAL = 65535, 1e6  # [px]
 
 

@@ -32,5 +32,5 @@ def clock_set_back(images: List[Tuple[int, str]]) -> Optional[Tuple[int, float]]
         goes_on = behind > 0 and 0 < stamps[index] - stamps[index - 1] <= MAX_STEP * usual
         behind, begin = (behind + 1, begin) if goes_on else (1, index)
         if behind >= MIN_BEHIND:
-            return stamps[begin], (stamps[begin - 1] - stamps[begin]) * 1e-9
+            return stamps[begin], (latest - stamps[begin]) * 1e-9
     return None

@@ -169,7 +169,7 @@ def read_oxts(folder: str) -> Trajectory:
     """
     rows = []
     data = os.path.join(folder, "oxts", "data")
-    for name in list_files(data):
+    for name in (name for name in list_files(data) if name.lower().endswith(".txt")):
         words = text_file.read_text(os.path.join(data, name)).split()
         try:
             rows.append([text_file.finite_number(word) for word in words[:6]])
