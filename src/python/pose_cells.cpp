@@ -56,6 +56,15 @@ void loadInto(std::shared_ptr<Stage>& stage, const PoseCellParams& params, const
   stage = loaded;
 }
 
+const std::vector<std::string> kActionNames = {"none", "create_node", "create_edge", "set_node"};
+
+ActionKind kindFrom(const std::string& name) {
+  for (std::size_t i = 0; i < kActionNames.size(); ++i) {
+    if (kActionNames[i] == name) return static_cast<ActionKind>(i);
+  }
+  throwBadValue("kind", name, "it must be one of none, create_node, create_edge, set_node");
+}
+
 }  // namespace
 
 void bindPoseCells(py::module& module) {
@@ -124,22 +133,19 @@ centre cell.)")
   py::class_<TopologicalAction>(module, "Action", "What the pose cells decide about the map.")
       .def(py::init([](const py::object& stamp, const std::string& kind, std::uint32_t src_id,
                        std::uint32_t dest_id, double relative_rad) {
-             const std::vector<std::string> names = {"none", "create_node", "create_edge", "set_node"};
-             for (std::size_t i = 0; i < names.size(); ++i) {
-               if (names[i] == kind)
-                 return TopologicalAction{stampFrom(stamp), static_cast<ActionKind>(i), src_id, dest_id,
-                                          relative_rad};
-             }
-             throwBadValue("kind", kind, "it must be one of none, create_node, create_edge, set_node");
+             TopologicalAction action;
+             action.stamp = stampFrom(stamp);
+             action.kind = kindFrom(kind);
+             action.src_id = src_id;
+             action.dest_id = dest_id;
+             action.relative_rad = relative_rad;
+             return action;
            }),
            py::arg("stamp"), py::arg("kind"), py::arg("src_id"), py::arg("dest_id"),
            py::arg("relative_rad") = 0.0)
       .def_readonly("stamp", &TopologicalAction::stamp, "[ns]")
-      .def_property_readonly("kind",
-                             [](const TopologicalAction& a) {
-                               return std::vector<std::string>{"none", "create_node", "create_edge",
-                                                               "set_node"}[static_cast<std::size_t>(a.kind)];
-                             })
+      .def_property_readonly(
+          "kind", [](const TopologicalAction& a) { return kActionNames[static_cast<std::size_t>(a.kind)]; })
       .def_readonly("src_id", &TopologicalAction::src_id)
       .def_readonly("dest_id", &TopologicalAction::dest_id)
       .def_readonly("relative_rad", &TopologicalAction::relative_rad);
