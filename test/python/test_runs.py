@@ -16,7 +16,7 @@ import pytest
 from conftest import SCRIPTS
 from ratslam_tools.cli import benchmark, plot_run, plot_scale, report, reproduce_paper, sweep
 from ratslam_tools.datasets import truth
-from ratslam_tools.runs import activity_figure, grid, run_figures, run_folder, runner
+from ratslam_tools.runs import activity_figure, grid, recorded_run, run_figures, run_folder, runner
 from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory, write_kitti, write_tum
@@ -432,3 +432,51 @@ def test_shipped_files_are_found_from_the_package():
     assert os.path.isfile(runner.find_config("kitti.yaml"))
     assert os.path.isfile(os.path.join(SCRIPTS, "sweep"))
     assert os.path.isfile(os.path.join(benchmark.SOURCES, "CMakeLists.txt"))
+
+
+def test_plot_of_what_the_nodes_leave_shows_its_loop_links(folder, tmp_path):
+    for name, ending in run_folder.NODE_FILES.items():
+        (folder / name).rename(tmp_path / ("nodes" + ending))
+    run = recorded_run.open_run(str(tmp_path / "nodes"))
+    assert len(run.map.loop_ends) == 1 and run.templates is None and len(run.final) == 200
+    plot_run.main([str(tmp_path / "nodes"), "--truth", str(tmp_path / "truth.tum")])
+    assert (tmp_path / "nodes_run.png").exists()
+
+
+def test_plot_of_a_recorded_bag(tmp_path):
+    """Topics of a run of the nodes, as rosbag record leaves them."""
+    rosbag = pytest.importorskip("rosbag")
+    sys.path.append(os.path.join(os.path.dirname(SCRIPTS), "devel", "lib", "python3", "dist-packages"))
+    messages = pytest.importorskip("ratslam_ros.msg")
+    from geometry_msgs.msg import PoseStamped
+    from rospy import Time
+
+    path = str(tmp_path / "recorded.bag")
+    with rosbag.Bag(path, "w") as bag:
+        graph = messages.TopologicalMap()
+        for i in range(5):
+            at, turn = Time(100 + i), i * np.pi / 2
+            view = messages.ViewTemplate(current_id=i % 4)
+            action = messages.TopologicalAction(action=1 if i < 4 else 2, src_id=max(0, i - 1), dest_id=i % 4)
+            pose = PoseStamped()
+            pose.pose.position.x, pose.pose.position.y = np.cos(turn), np.sin(turn)
+            pose.pose.orientation.w = 1.0
+            if i < 4:
+                graph.node.append(messages.TopologicalNode(id=i, pose=pose.pose))
+            if i > 0:
+                graph.edge.append(messages.TopologicalEdge(id=i - 1, source_id=i - 1, destination_id=i % 4))
+            topics = {"LocalView/Template": view, "PoseCell/TopologicalAction": action, "ExperienceMap/RobotPose": pose}
+            for topic, message in {**topics, "ExperienceMap/Map": graph}.items():
+                message.header.stamp = at
+                bag.write("/irat_red/" + topic, message, at)
+    run = recorded_run.open_run(path)
+    assert run.map.loop_ends.tolist() == [[3, 0]]
+    assert len(run.online) == 5 and len(run.final) == 4 and run.final.stamps[0] == 100
+    assert run.templates["template_id"].tolist() == [0, 1, 2, 3, 0]
+    plot_run.main([path])
+    assert (tmp_path / "recorded_run.png").exists()
+    empty = str(tmp_path / "empty.bag")
+    with rosbag.Bag(empty, "w") as bag:
+        bag.write("/other", PoseStamped(), Time(1))
+    with pytest.raises(InputError, match="ExperienceMap/Map"):
+        recorded_run.open_run(empty)

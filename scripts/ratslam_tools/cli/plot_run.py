@@ -6,8 +6,7 @@ import os
 from ratslam_tools import evaluation, plotting
 from ratslam_tools.datasets import truth
 from ratslam_tools.errors import finite
-from ratslam_tools.runs import run_figures
-from ratslam_tools.runs.run_folder import Run
+from ratslam_tools.runs import recorded_run, run_figures
 from ratslam_tools.table import format_table
 
 
@@ -34,7 +33,7 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
 def aligned_run(arguments) -> run_figures.Aligned:
     """The run of parsed options, on its truth if there is one."""
     known = None if arguments.truth is None else truth.read_truth(arguments.truth, arguments.times)
-    return run_figures.Aligned(Run(arguments.folder), known, arguments.t_max_diff)
+    return run_figures.Aligned(recorded_run.open_run(arguments.folder), known, arguments.t_max_diff)
 
 
 def main(argv=None) -> None:
@@ -42,15 +41,18 @@ def main(argv=None) -> None:
     parser = argparse.ArgumentParser(
         prog="plot_run",
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Pictures of a folder that ratslam_run left: map with truth, online and final "
+        description="Pictures of a run: map with truth, online and final "
         "trajectory and loop "
         "links; view cells, experiences and pose cells over time; timing. Prints the APE if there is a "
         "truth.",
         epilog="examples:\n  plot_run out/kitti_00\n  plot_run out/kitti_00 --truth dataset/sequences/00 "
         "--out run.pdf\n"
-        "  plot_run out/demo --truth out/demo/truth.tum --map_only --out map.png",
+        "  plot_run out/demo --truth out/demo/truth.tum --map_only --out map.png\n"
+        "  plot_run out/demo/ros/trajectory\n"
+        "  plot_run recorded.bag        (as OpenRatSLAM's show_em.py and show_id.py)",
     )
-    parser.add_argument("folder", metavar="DIR", help="folder that ratslam_run left")
+    parser.add_argument("folder", metavar="DIR", help="folder that ratslam_run left, what was the nodes' "
+        "trajectory_file, or a bag in which their topics were recorded")
     add_truth_options(parser)
     parser.add_argument("--out", metavar="FILE", help="picture to write, .png or .pdf (default: DIR/run.png)")
     part = parser.add_mutually_exclusive_group()
@@ -59,7 +61,10 @@ def main(argv=None) -> None:
     parser.add_argument("--save_results", metavar="FILE.json", help="write the errors")
     arguments = parser.parse_args(argv)
     aligned = aligned_run(arguments)
-    path = arguments.out or os.path.join(arguments.folder, "run.png")
+    beside = os.path.splitext(arguments.folder)[0] + "_run.png"  # of a bag or the nodes' files
+    path = arguments.out or (
+        os.path.join(arguments.folder, "run.png") if os.path.isdir(arguments.folder) else beside
+    )
     if arguments.map_only:
         figure = run_figures.map_figure(aligned)
     elif arguments.timing_only:

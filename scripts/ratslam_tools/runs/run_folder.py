@@ -101,11 +101,19 @@ def read_columns(path: str) -> Dict[str, np.ndarray]:
     return {name: table[:, column] for column, name in enumerate(names)}
 
 
+# What ratslam_em leaves beside each other as <trajectory_file>_online.tum, ..., by their names in a run folder.
+NODE_FILES = {"trajectory_online.tum": "_online.tum", "trajectory_final.tum": "_final.tum", "map.yaml": "_map.yaml"}
+
+
 class Run:
-    """Everything a run folder holds; what is missing is None (or empty, the summary)."""
+    """Everything a run folder holds; what is missing is None (or empty, the summary).
+
+    Of the nodes, the name that was their parameter trajectory_file takes the folder's place.
+    """
 
     def __init__(self, folder: str):
-        if not os.path.isdir(folder):
+        self._of_nodes = not os.path.isdir(folder) and os.path.isfile(folder + NODE_FILES["trajectory_final.tum"])
+        if not os.path.isdir(folder) and not self._of_nodes:
             raise InputError(f"{folder}: no such folder")
         self.folder = folder
         self.name = os.path.basename(os.path.abspath(folder))
@@ -125,7 +133,9 @@ class Run:
                 trajectory.name = label
 
     def _read(self, name: str, reader):
-        path = os.path.join(self.folder, name)
+        if self._of_nodes and name not in NODE_FILES:
+            return None
+        path = self.folder + NODE_FILES[name] if self._of_nodes else os.path.join(self.folder, name)
         return reader(path) if os.path.isfile(path) else None
 
     @property
