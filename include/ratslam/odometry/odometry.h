@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "ratslam/common/stamp.h"
 
@@ -27,6 +28,17 @@ struct UnitOfLength {
   }
 };
 
+struct StampedMotion {
+  Stamp stamp = 0;
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("stamp", stamp);
+    fields("motion", motion);
+  }
+};
+
 /// Total motion over a stretch whose samples were predictions, known once the odometry measures again. It
 /// takes the place of what the samples of that stretch said.
 struct OdometryCorrection {
@@ -36,6 +48,9 @@ struct OdometryCorrection {
   /// Of the motion (x, y, z, rx, ry, rz), in the axes of base_link at `from` [m^2, rad^2].
   Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance =
       Eigen::Matrix<double, 6, 6, Eigen::RowMajor>::Zero();
+  /// Where base_link was at the samples in between, in base_link at `from`, oldest first; empty: the source
+  /// does not say, and the stretch keeps the course that its samples had.
+  std::vector<StampedMotion> way;
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -43,6 +58,7 @@ struct OdometryCorrection {
     fields("to", to);
     fields("motion", motion);
     fields("covariance", covariance);
+    fields("way", way);
   }
 };
 
@@ -85,7 +101,10 @@ inline OdometrySample asTransmitted(OdometrySample sample) {
     pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
   };
   if (sample.pose) rounded(*sample.pose);
-  if (sample.correction) rounded(sample.correction->motion);
+  if (sample.correction) {
+    rounded(sample.correction->motion);
+    for (StampedMotion& between : sample.correction->way) rounded(between.motion);
+  }
   return sample;
 }
 
