@@ -68,24 +68,6 @@ TEST_F(OrbOdometryOnAStreet, StartsWhileMovingAndIsMetricByTheRoad) {
   EXPECT_NEAR(path.z(), 0.0, 0.02 * path.x());
 }
 
-TEST_F(OrbOdometryOnAStreet, FirstTrackedFrameCarriesTheWholeMotionSinceTheStart) {
-  OrbOdometry odometry(smallCamera(), metric());
-  const auto results = drive(odometry, 12, straight);
-  RigidTransform sum;
-  bool tracked = false;
-  for (const OrbResult& result : results) {
-    if (result.state == OrbState::kInitialising) {
-      EXPECT_EQ(result.sample.speed, 0.0);
-    }
-    sum = sum * expTransform(result.twist * kPeriod);
-    if (!tracked && result.state == OrbState::kTracking) {
-      tracked = true;
-      EXPECT_LT((sum.translation - place(result)).norm(), 1e-9);
-    }
-  }
-  ASSERT_TRUE(tracked);
-}
-
 TEST_F(OrbOdometryOnAStreet, YawIsCounterClockwisePositive) {
   OrbOdometry odometry(smallCamera(), metric());
   const double turn = 0.012;  // to the left, per frame
@@ -131,7 +113,7 @@ TEST_F(OrbOdometryOnAStreet, StandingAtTheStartIsNoMotion) {
 TEST_F(OrbOdometryOnAStreet, PureRotationTurnsWithoutMoving) {
   OrbOdometry odometry(smallCamera(), metric());
   drive(odometry, 15, straight);
-  const auto yaw_of = [](int i) { return 0.2 * std::sin(0.2 * i); };
+  const auto yaw_of = [](int i) { return 0.2 * std::sin(0.2 * (i + 1)); };
   const auto results = drive(odometry, 32, [&](int i) { return cameraAt(0.0, kStep * 14, yaw_of(i)); });
   EXPECT_EQ(odometry.restarts(), 0);
   for (std::size_t i = 1; i < results.size(); ++i) {

@@ -5,12 +5,16 @@
 /// window; correct the scale by the road plane (ground_plane.h) and the calibration of the lens
 /// (lens_refinement.h). No loop is ever closed here: RatSLAM does that.
 ///
-/// States: initialising -> tracking; tracking -> lost (coasting on the last velocity for at most coast_time)
-/// -> relocalising (against the kept keyframes) -> tracking, or a fresh start that carries pose and scale on.
+/// States: initialising -> tracking; tracking -> lost (for coast_time) -> relocalising -> tracking. While lost,
+/// each frame is looked for in the old map, and a fresh map is started beside it, which takes over once
+/// relocalisation_time has passed, too; it carries pose and scale on.
 ///
-/// Every image gives a result that depends on the images so far only. While a map is being started nothing is
-/// known of the motion: speed and yaw rate are zero, and the first tracked frame carries the whole motion
-/// since the map's first frame in one step, so that pose and summed steps agree.
+/// Nothing is ever said to stand still because it was not measured: samples of frames that were not tracked
+/// (lost, blind, frozen, before the first map) are predictions (motion_bridge.h), marked as bridged and with a
+/// covariance to match; the first tracked frame brings a correction with the motion over the whole stretch.
+///
+/// Every image gives a result that depends on the images so far only. The pose is continued by corrections,
+/// too: it jumps there. The twist never jumps.
 ///
 /// Frames: base_link (x forward, y left, z up) lies in the camera's centre, level when the camera is pitched
 /// by camera_pitch_deg; the odometry frame is base_link at the first image.
@@ -26,8 +30,11 @@
 #include "ratslam/common/worker_pool.h"
 #include "ratslam/odometry/odometry.h"
 #include "ratslam/odometry/orb/frame_tracker.h"
+#include "ratslam/odometry/orb/image_sight.h"
 #include "ratslam/odometry/orb/lens_refinement.h"
 #include "ratslam/odometry/orb/map_initialiser.h"
+#include "ratslam/odometry/orb/motion_bridge.h"
+#include "ratslam/odometry/orb/motion_history.h"
 #include "ratslam/odometry/orb/orb_params.h"
 #include "ratslam/odometry/orb/scale_keeper.h"
 #include "ratslam/vision/feature_extractor.h"
@@ -42,12 +49,13 @@ struct OrbResult {
   Vector6 twist = Vector6::Zero();       ///< base_link: linear [m/s], angular [rad/s]
   Matrix6 covariance = Matrix6::Zero();  ///< of the twist, in its order and units
   OrbState state = OrbState::kInitialising;
-  int tracked_points = 0;  ///< landmarks that the pose rests on
-  int keyframes = 0;       ///< in the local map
-  int landmarks = 0;       ///< in the local map
-  bool keyframe = false;   ///< this frame became one
-  bool restarted = false;  ///< a fresh map began with this frame (not the first one)
-  bool ignored = false;    ///< the stamp was not later than the last: the image was not looked at
+  int tracked_points = 0;       ///< landmarks that the pose rests on
+  int keyframes = 0;            ///< in the local map
+  int landmarks = 0;            ///< in the local map
+  bool keyframe = false;        ///< this frame became one
+  bool restarted = false;       ///< a fresh map began with this frame (not the first one)
+  Sight sight = Sight::kClear;  ///< frozen and blank images are not tracked
+  bool ignored = false;         ///< the stamp was not later than the last: the image was not looked at
 };
 
 class OrbOdometry {
@@ -77,20 +85,27 @@ class OrbOdometry {
 
  private:
   cv::Mat checkedGrey(const cv::Mat& image) const;
-  void startMap(OrbResult& result, double dt);
-  void trackMap(OrbResult& result, double dt);
-  void trackingLost(OrbResult& result, const RigidTransform& predicted, double dt);
-  void beginFreshStart();
+  bool startMap(OrbResult& result);
+  bool trackMap(OrbResult& result, double dt);
+  bool mayStartAnew(Stamp stamp) const;
+  void adoptMap(InitialMap initial, OrbResult& result);
+  double scaleOfNewMap(double elapsed);
+  void bridge(OrbResult& result, double dt, const std::shared_ptr<Frame>& seen);
+  void closeOnOldMap(OrbResult& result, double dt, const Matrix6& covariance);
+  void setCorrection(OrbResult& result, const UncertainMotion& whole,
+                     const std::vector<StampedPoseOfCamera>& way);
   bool wantsKeyframe() const;
   bool standsStill() const;
   void takeKeyframe();
   void rescale(double factor);
   void refineLens();
-  double scaleOfNewMap(double elapsed);
-  void setMotion(OrbResult& result, const RigidTransform& previous, double dt, const Matrix6& covariance);
+  void setMotion(OrbResult& result, const RigidTransform& step, double dt, const Matrix6& covariance) const;
+  /// @param covariance of the pose at the end.
+  Matrix6 covarianceOfMotion(const RigidTransform& motion, const Matrix6& covariance) const;
   void rememberPose();
   RigidTransform lastPose() const;
-  RigidTransform basePose(const RigidTransform& T_camera_world) const;
+  Eigen::Isometry3d inBase(const RigidTransform& motion_of_camera) const;
+  Matrix6 inBase(const Matrix6& covariance) const;
 
   CameraModel camera_;
   OrbOdometryParams params_;
@@ -103,19 +118,24 @@ class OrbOdometry {
   ScaleKeeper scale_keeper_;
   LensRefinement lens_refinement_;
 
+  ImageSight sight_;
+  MotionHistory history_;
+
   OrbState state_ = OrbState::kInitialising;
   std::optional<LocalMap> map_;
-  std::shared_ptr<Frame> frame_;
+  std::shared_ptr<Frame> frame_;  // the last that showed something
   std::optional<OrbResult> last_result_;
-  RigidTransform T_odom_world_;  // where the present map's world lies in the first one's
-  RigidTransform T_reference_;   // of the last frame from the keyframe it is expressed through
+  std::uint32_t epoch_ = 0;
+  std::optional<MotionBridge> bridge_;  // open while nothing is measured
+  std::shared_ptr<Frame> measured_frame_;
+  RigidTransform T_odom_camera_;  // of the last sample
+  RigidTransform T_odom_world_;   // where the present map's world lies in the first one's
+  RigidTransform T_reference_;    // of the last tracked frame from the keyframe it is expressed through
   KeyframeId reference_ = 0;
-  Vector6 velocity_ = Vector6::Zero();         // left increment of the camera's pose per second
-  Matrix6 last_covariance_ = Matrix6::Zero();  // of the last tracked pose
-  double lost_for_ = 0.0;                      // [s] since tracking was lost
-  std::vector<Observation> still_reference_;   // of the last frame that moved
-  std::optional<double> carried_speed_;        // [units/s] that a fresh start takes its scale from
-  int keyframe_points_ = 0;                    // tracked when the last keyframe was taken
+  Vector6 velocity_ = Vector6::Zero();          // left increment of the camera's pose per second
+  Matrix6 last_covariance_ = Matrix6::Zero();   // of the last tracked pose
+  std::vector<Observation> last_observations_;  // of the last tracked frame
+  std::vector<Observation> still_reference_;    // of the last frame that moved
   std::int64_t ignored_frames_ = 0;
   std::int64_t restarts_ = 0;
 };

@@ -7,6 +7,9 @@
 /// crossing street
 /// - is left out; only a long row of measurements that agree with each other may overrule it.
 ///
+/// How well the unit is known follows from the same: anchored, with the filter's deviation, where roads are
+/// seen; and where they are not it drifts as it would have drifted without the corrections made so far.
+///
 /// Without a known camera height the target is what the first measurements agree on: the unit stays
 /// arbitrary, but constant.
 #pragma once
@@ -14,6 +17,7 @@
 #include <deque>
 #include <optional>
 
+#include "ratslam/odometry/odometry.h"
 #include "ratslam/odometry/orb/ground_plane.h"
 #include "ratslam/vision/local_map.h"
 
@@ -43,9 +47,18 @@ class ScaleKeeper {
   /// The camera's height in the odometry's unit; nothing before it is known.
   std::optional<double> targetHeight() const { return target_; }
   bool locked() const { return locked_; }
+  /// How well the unit is known.
+  UnitOfLength unit() const;
+  /// Standard deviation of the log of the present scale.
+  double sigma() const;
+  /// A new map has got its scale without a road. @param sigma_log its standard deviation.
+  void scaleGiven(double sigma_log) { start_variance_ = sigma_log * sigma_log; }
   std::optional<RoadMeasurement> lastMeasurement() const { return last_; }
 
  private:
+  void move(const LocalMap& map);
+  void corrected(double log_factor);
+  double walkVariance() const;
   std::optional<double> lock(double log_height);
   std::optional<double> filter(const RoadMeasurement& measurement);
 
@@ -54,8 +67,14 @@ class ScaleKeeper {
   Eigen::Vector3d normal_;
   std::optional<double> target_;
   bool locked_ = false;
-  std::deque<double> pending_;  // log heights seen while not locked
-  double variance_ = 0.0;       // of the log scale's error
+  std::deque<double> pending_;   // log heights seen while not locked
+  double variance_ = 0.0;        // of the log scale's error
+  double start_variance_ = 0.0;  // the same while not locked, when the map was new
+  double unseen_ = 0.0;          // way since the last measurement that counted
+  double block_way_ = 0.0;       // of the present block, over which corrections are summed
+  double block_correction_ = 0.0;
+  double blocks_way_ = 0.0;  // of all blocks
+  double blocks_squares_ = 0.0;
   int rejections_ = 0;
   std::optional<RoadMeasurement> last_;
 };

@@ -13,9 +13,6 @@
 namespace ratslam {
 namespace {
 
-// Median depth of a street scene, where a camera height is known but no road has been seen yet [camera
-// heights].
-constexpr double kDepthInHeights = 10.0;
 // A camera whose image has moved less than this since it last moved stands still [px]; several times the
 // noise of an aligned patch. Slow motion is not lost: it adds up until it shows.
 constexpr double kStillPixels = 0.15;
@@ -25,7 +22,10 @@ constexpr int kMinVisible = 4;
 constexpr double kMinFoundShare = 0.3;
 constexpr int kYoungKeyframes = 2;
 constexpr std::size_t kMinObservations = 3;
-constexpr double kCoastingGrowth = 10.0;  // of the standard deviation, per second of coasting
+// Speed of a camera of which nothing is known yet, where a camera height gives metres [m/s]; otherwise in
+// median depths, the unit then.
+constexpr double kUnknownSpeed = 10.0;
+constexpr double kUnknownSpeedInDepths = 1.0;
 
 OrbOdometryParams validated(const OrbOdometryParams& params) {
   params.validate();
@@ -55,6 +55,17 @@ ScaleParams scaleParams(const OrbOdometryParams& params) {
   return scale;
 }
 
+double unknownSpeed(const OrbOdometryParams& params) {
+  if (params.camera_height > 0.0) return kUnknownSpeed;
+  return params.nominal_speed > 0.0 ? params.nominal_speed : kUnknownSpeedInDepths;
+}
+
+/// A source that starts anew starts at another time.
+std::uint32_t epochOf(Stamp first) {
+  const auto bits = static_cast<std::uint64_t>(first);
+  return static_cast<std::uint32_t>(bits ^ (bits >> 32));
+}
+
 /// Camera axes (x right, y down, z forward) in base_link, for a camera that looks down by `pitch` [rad].
 Eigen::Quaterniond cameraInBase(double pitch) {
   Eigen::Matrix3d level;
@@ -75,7 +86,8 @@ OrbOdometry::OrbOdometry(const CameraModel& camera, const OrbOdometryParams& par
                    params.map_keyframes),
       base_from_camera_(cameraInBase(degreesToRadians(params.camera_pitch_deg))),
       scale_keeper_(scaleParams(params), base_from_camera_.conjugate() * -Eigen::Vector3d::UnitZ()),
-      lens_refinement_(camera, LensRefinementParams{}) {}
+      lens_refinement_(camera, LensRefinementParams{}),
+      history_(unknownSpeed(params)) {}
 
 cv::Mat OrbOdometry::checkedGrey(const cv::Mat& image) const {
   if (image.cols != camera_.width || image.rows != camera_.height) {
@@ -93,31 +105,36 @@ cv::Mat OrbOdometry::checkedGrey(const cv::Mat& image) const {
 
 OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image) {
   const cv::Mat grey = checkedGrey(image);
-  OrbResult result;
   if (last_result_ && stamp <= last_result_->sample.stamp) {
     ++ignored_frames_;
-    result = *last_result_;
-    result.twist.setZero();
-    result.sample.speed = result.sample.yaw_rate = 0.0;
-    result.keyframe = result.restarted = false;
-    result.ignored = true;
-    return result;
+    OrbResult again = *last_result_;
+    again.twist.setZero();
+    again.sample.speed = again.sample.yaw_rate = 0.0;
+    again.sample.correction.reset();
+    again.keyframe = again.restarted = false;
+    again.ignored = true;
+    return again;
   }
-  const double dt = last_result_ ? secondsBetween(last_result_->sample.stamp, stamp) : 0.0;
-  auto frame =
-      std::make_shared<Frame>(makeFrame(stamp, grey, camera_, extractor_, extractor_params_, *workers_));
+  OrbResult result;
   result.sample.stamp = stamp;
-  result.sample.pose = last_result_ ? last_result_->sample.pose : Eigen::Isometry3d::Identity();
-
-  if (state_ == OrbState::kInitialising) {
-    frame_ = std::move(frame);
-    startMap(result, dt);
-  } else {
-    std::vector<Observation> last = frame_->observations;
-    frame_ = std::move(frame);
-    frame_->observations = std::move(last);
-    trackMap(result, dt);
+  result.sight = sight_.look(grey);
+  std::shared_ptr<Frame> seen;
+  if (result.sight == Sight::kClear) {
+    seen = std::make_shared<Frame>(makeFrame(stamp, grey, camera_, extractor_, extractor_params_, *workers_));
+    frame_ = seen;
   }
+  if (!last_result_) {
+    epoch_ = epochOf(stamp);
+    bridge_.emplace(stamp, T_odom_camera_, seen);
+    if (seen) initialiser_.add(seen);
+  } else {
+    const double dt = secondsBetween(last_result_->sample.stamp, stamp);
+    const bool measured = seen && (map_ ? trackMap(result, dt) : startMap(result));
+    if (!measured) bridge(result, dt, seen);
+  }
+  result.sample.pose = inBase(T_odom_camera_);
+  result.sample.epoch = epoch_;
+  result.sample.unit = scale_keeper_.unit();
   result.state = state_;
   result.keyframes = map_ ? static_cast<int>(map_->keyframes().size()) : 0;
   result.landmarks = map_ ? static_cast<int>(map_->landmarks().size()) : 0;
@@ -125,75 +142,41 @@ OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image) {
   return result;
 }
 
-void OrbOdometry::startMap(OrbResult& result, double dt) {
-  auto initial = initialiser_.add(frame_);
-  if (!initial) return;
-  const double elapsed = secondsBetween(initial->first->stamp, initial->second->stamp);
-  map_ = std::move(initial->map);
-  map_->rescale(scaleOfNewMap(elapsed), Eigen::Vector3d::Zero());
-  result.restarted = restarts_ > 0;
-  state_ = OrbState::kTracking;
-  result.keyframe = true;
-  result.tracked_points = keyframe_points_ = static_cast<int>(frame_->observations.size());
-  setMotion(result, RigidTransform{}, dt, Matrix6::Zero());
-  velocity_ = logTransform(frame_->T_camera_world) / elapsed;
-  rememberPose();
-  initialiser_.reset();
-}
-
-void OrbOdometry::trackMap(OrbResult& result, double dt) {
-  const std::vector<Observation> last = std::move(frame_->observations);
-  frame_->observations.clear();
-  const RigidTransform predicted = expTransform(velocity_ * dt) * lastPose();
-  TrackingOutcome outcome = trackFrame(camera_, *map_, last, predicted, *frame_, tracking_params_, *workers_);
+bool OrbOdometry::trackMap(OrbResult& result, double dt) {
+  const Stamp stamp = frame_->stamp;
+  const RigidTransform predicted = bridge_ ? bridge_->posePredicted(stamp, history_).inverse() * T_odom_world_
+                                           : expTransform(velocity_ * dt) * lastPose();
+  TrackingOutcome outcome =
+      trackFrame(camera_, *map_, last_observations_, predicted, *frame_, tracking_params_, *workers_);
   if (!outcome.tracked) {
     outcome =
         relocalise(camera_, *map_, *frame_, params_.relocalisation_inliers, tracking_params_, *workers_);
   }
-  if (!outcome.tracked) {
-    frame_->observations = last;
-    trackingLost(result, predicted, dt);
-    return;
-  }
-  const bool found_back = state_ != OrbState::kTracking;
+  if (!outcome.tracked) return startMap(result);
   state_ = OrbState::kTracking;
-  lost_for_ = 0.0;
+  initialiser_.reset();
   result.tracked_points = outcome.estimate.inliers;
-  last_covariance_ = outcome.estimate.covariance;
   const bool still = standsStill();
-  if (still) {
-    frame_->T_camera_world = lastPose();
-  } else {
+  if (still) frame_->T_camera_world = lastPose();
+  const Matrix6& covariance = outcome.estimate.covariance;
+  if (bridge_) closeOnOldMap(result, dt, covariance);
+  if (!still) {
     if (wantsKeyframe()) {
       takeKeyframe();
       result.keyframe = true;
     }
     still_reference_ = frame_->observations;
   }
-  setMotion(result, lastPose(), dt, outcome.estimate.covariance);
-  // A jump back into the map is no velocity to go on with.
-  if (still) {
-    result.twist.setZero();  // exactly: not the rounding of a pose and its inverse
-    result.sample.speed = result.sample.yaw_rate = 0.0;
-    velocity_.setZero();
-  } else if (!found_back) {
-    velocity_ = logTransform(frame_->T_camera_world * lastPose().inverse()) / dt;
+  if (!result.sample.correction) {
+    // This camera in the one before, exactly nothing where it stands still.
+    const RigidTransform step = still ? RigidTransform{} : lastPose() * frame_->T_camera_world.inverse();
+    setMotion(result, step, dt, covarianceOfMotion(step, covariance));
+    velocity_ = still ? Vector6(Vector6::Zero()) : logTransform(step.inverse()) / dt;
+    history_.add(stamp, logTransform(step) / dt);
   }
+  last_covariance_ = covariance;
   rememberPose();
-}
-
-void OrbOdometry::trackingLost(OrbResult& result, const RigidTransform& predicted, double dt) {
-  lost_for_ += dt;
-  if (lost_for_ > params_.coast_time + params_.relocalisation_time) {
-    beginFreshStart();
-    return;
-  }
-  const bool coasting = lost_for_ <= params_.coast_time;
-  state_ = coasting ? OrbState::kLost : OrbState::kRelocalising;
-  frame_->T_camera_world = coasting ? predicted : lastPose();
-  const double growth = std::pow(1.0 + kCoastingGrowth * lost_for_, 2);
-  setMotion(result, lastPose(), dt, growth * last_covariance_);
-  rememberPose();
+  return true;
 }
 
 bool OrbOdometry::standsStill() const {
@@ -211,31 +194,10 @@ bool OrbOdometry::standsStill() const {
   return *middle < kStillPixels;
 }
 
-void OrbOdometry::beginFreshStart() {
-  ++restarts_;
-  carried_speed_ = velocity_.head<3>().norm();
-  T_odom_world_ = T_odom_world_ * lastPose().inverse();
-  map_.reset();
-  velocity_.setZero();
-  lost_for_ = 0.0;
-  still_reference_.clear();
-  state_ = OrbState::kInitialising;
-  frame_->observations.clear();
-  initialiser_.add(frame_);
-}
-
-double OrbOdometry::scaleOfNewMap(double elapsed) {
-  if (params_.ground_plane) {
-    if (const auto factor = scale_keeper_.scaleOfNewMap(camera_, *map_)) return *factor;
-  }
-  const double speed = carried_speed_ ? *carried_speed_ : params_.nominal_speed;
-  if (speed > 0.0) return speed * elapsed / frame_->T_camera_world.translation.norm();
-  return params_.camera_height > 0.0 ? kDepthInHeights * params_.camera_height : 1.0;
-}
-
 void OrbOdometry::rescale(double factor) {
   map_->rescale(factor, frame_->centre());
   T_reference_.translation *= factor;
+  history_.rescale(factor);
 }
 
 bool OrbOdometry::wantsKeyframe() const {
@@ -262,7 +224,6 @@ void OrbOdometry::takeKeyframe() {
   window.free_keyframes = params_.window_keyframes;
   window.fixed_keyframes = params_.fixed_keyframes;
   adjustWindow(camera_, *map_, window, tracking_params_.loss);
-  keyframe_points_ = static_cast<int>(frame_->observations.size());
   if (params_.ground_plane) {
     const auto factor = scale_keeper_.update(camera_, *map_);
     if (factor) rescale(*factor);
@@ -278,34 +239,48 @@ void OrbOdometry::refineLens() {
   camera_ = *better;
 }
 
-void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& previous, double dt,
-                            const Matrix6& covariance) {
-  const RigidTransform step = previous * frame_->T_camera_world.inverse();  // this camera in the one before
+void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& step, double dt,
+                            const Matrix6& covariance) const {
   const Vector6 twist = logTransform(step) / dt;
   result.twist.head<3>() = base_from_camera_ * twist.head<3>();
   result.twist.tail<3>() = base_from_camera_ * twist.tail<3>();
   result.sample.speed = result.twist(0);
   result.sample.yaw_rate = result.twist(5);
-  result.sample.pose = basePose(frame_->T_camera_world).isometry();
-  Matrix6 rotation = Matrix6::Zero();
-  rotation.topLeftCorner<3, 3>() = base_from_camera_.toRotationMatrix();
-  rotation.bottomRightCorner<3, 3>() = rotation.topLeftCorner<3, 3>();
-  result.covariance = rotation * covariance * rotation.transpose() / (dt * dt);
+  result.covariance = inBase(covariance) / (dt * dt);
+  result.sample.covariance = result.covariance;
+}
+
+Matrix6 OrbOdometry::covarianceOfMotion(const RigidTransform& motion, const Matrix6& covariance) const {
+  // The same landmarks held both poses; what they have in common is the error of their scale.
+  Matrix6 sum = covariance + last_covariance_;
+  const Eigen::Vector3d in_scale = scale_keeper_.sigma() * motion.translation;
+  sum.topLeftCorner<3, 3>() += in_scale * in_scale.transpose();
+  return sum;
 }
 
 void OrbOdometry::rememberPose() {
   const Keyframe& newest = map_->keyframes().back();
   reference_ = newest.id;
   T_reference_ = frame_->T_camera_world * newest.frame->T_camera_world.inverse();
+  T_odom_camera_ = T_odom_world_ * frame_->T_camera_world.inverse();
+  last_observations_ = frame_->observations;
+  measured_frame_ = frame_;
 }
 
 RigidTransform OrbOdometry::lastPose() const {
   return T_reference_ * map_->keyframe(reference_)->frame->T_camera_world;
 }
 
-RigidTransform OrbOdometry::basePose(const RigidTransform& T_camera_world) const {
+Eigen::Isometry3d OrbOdometry::inBase(const RigidTransform& motion_of_camera) const {
   const RigidTransform C{base_from_camera_, Eigen::Vector3d::Zero()};
-  return C * T_odom_world_ * T_camera_world.inverse() * C.inverse();
+  return (C * motion_of_camera * C.inverse()).isometry();
+}
+
+Matrix6 OrbOdometry::inBase(const Matrix6& covariance) const {
+  Matrix6 rotation = Matrix6::Zero();
+  rotation.topLeftCorner<3, 3>() = base_from_camera_.toRotationMatrix();
+  rotation.bottomRightCorner<3, 3>() = rotation.topLeftCorner<3, 3>();
+  return rotation * covariance * rotation.transpose();
 }
 
 std::vector<Eigen::Vector3d> OrbOdometry::landmarkPositions() const {

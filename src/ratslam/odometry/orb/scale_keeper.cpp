@@ -10,6 +10,10 @@ constexpr std::size_t kToLock = 5;      // measurements that must agree when the
 constexpr std::size_t kToLearn = 15;    // the same when they make the target
 constexpr double kAgreement = 0.08;     // their median absolute deviation [log height]
 constexpr double kNormalGain = 0.02;    // of the slow average of the road's normal
+constexpr double kBlock = 20.0;         // way over which corrections are summed [heights]
+constexpr double kPriorBlocks = 3.0;    // weight of what is assumed of the walk
+constexpr double kPriorWalk = 0.003;    // of the unit [1/sqrt(height)]
+constexpr double kSeenLately = 60.0;    // the unit counts as anchored so long after a road was seen [heights]
 constexpr double kLowestHeight = 0.02;  // searched, in median depths of the landmarks
 constexpr double kHighestHeight = 0.5;
 
@@ -42,9 +46,47 @@ ScaleKeeper::ScaleKeeper(const ScaleParams& params, const Eigen::Vector3d& norma
   if (params.camera_height > 0.0) target_ = params.camera_height;
 }
 
+double ScaleKeeper::walkVariance() const {
+  const double unit = target_.value_or(1.0);
+  const double prior_way = kPriorBlocks * kBlock * unit;
+  const double prior = kPriorWalk * kPriorWalk / unit;
+  return (prior * prior_way + blocks_squares_) / (prior_way + blocks_way_);
+}
+
+double ScaleKeeper::sigma() const {
+  return std::sqrt((locked_ ? variance_ : start_variance_) + walkVariance() * unseen_);
+}
+
+UnitOfLength ScaleKeeper::unit() const {
+  UnitOfLength unit;
+  unit.walk_sigma = std::sqrt(walkVariance());
+  if (locked_ && unseen_ < kSeenLately * *target_) unit.anchor_sigma = sigma();
+  return unit;
+}
+
+void ScaleKeeper::move(const LocalMap& map) {
+  const auto& keyframes = map.keyframes();
+  const Frame& before = *keyframes[keyframes.size() - 2].frame;
+  const double way = (keyframes.back().frame->centre() - before.centre()).norm();
+  unseen_ += way;
+  if (!locked_) return;
+  block_way_ += way;
+  if (block_way_ < kBlock * *target_) return;
+  blocks_way_ += block_way_;
+  blocks_squares_ += block_correction_ * block_correction_;
+  block_way_ = block_correction_ = 0.0;
+}
+
+void ScaleKeeper::corrected(double log_factor) {
+  unseen_ = 0.0;
+  block_correction_ += log_factor;
+}
+
 std::optional<double> ScaleKeeper::scaleOfNewMap(const CameraModel& camera, const LocalMap& map) {
   locked_ = false;
   pending_.clear();
+  unseen_ = block_way_ = block_correction_ = 0.0;
+  start_variance_ = params_.road_sigma * params_.road_sigma;
   if (!target_ || map.keyframes().size() < 2) return std::nullopt;
   const Frame& now = *map.keyframes().back().frame;
   const double depth = map.medianDepth(now.T_camera_world);
@@ -58,6 +100,7 @@ std::optional<double> ScaleKeeper::scaleOfNewMap(const CameraModel& camera, cons
 
 std::optional<double> ScaleKeeper::update(const CameraModel& camera, const LocalMap& map) {
   if (map.keyframes().size() < 2) return std::nullopt;
+  move(map);
   const Frame& now = *map.keyframes().back().frame;
   last_.reset();
   if (!locked_) {
@@ -85,6 +128,7 @@ std::optional<double> ScaleKeeper::lock(double log_height) {
   pending_.clear();
   variance_ = params_.road_sigma * params_.road_sigma / 2.0;
   if (!target_) target_ = std::exp(middle);
+  unseen_ = block_way_ = block_correction_ = 0.0;
   return *target_ / std::exp(middle);
 }
 
@@ -101,6 +145,7 @@ std::optional<double> ScaleKeeper::filter(const RoadMeasurement& measurement) {
   const double gain = variance_ / (variance_ + params_.correlated * noise);
   variance_ *= 1.0 - gain;
   normal_ = (normal_ + kNormalGain * (measurement.plane.normal - normal_)).normalized();
+  corrected(gain * innovation);
   return std::exp(gain * innovation);
 }
 

@@ -1,0 +1,64 @@
+/// How the camera has moved of late, and how fast its motion changes: what is known of a stretch that nobody
+/// measures.
+///
+/// Speed and turn rate are modelled as random walks. Their diffusions are learned from the measured motion,
+/// as mean squares of what changed within about a second: a train changes slowly, a toy car fast, and no unit
+/// of length needs to be known.
+#pragma once
+
+#include <deque>
+
+#include "ratslam/common/stamp.h"
+#include "ratslam/vision/rigid_transform.h"
+
+namespace ratslam {
+
+/// A motion of the camera: its pose at the end in that at the start, and the covariance of (translation,
+/// rotation) in the axes at the start.
+struct UncertainMotion {
+  RigidTransform motion;
+  Matrix6 covariance = Matrix6::Zero();
+};
+
+class MotionHistory {
+ public:
+  /// @param unknown_speed of a camera of which nothing has been measured yet.
+  explicit MotionHistory(double unknown_speed) : unknown_speed_(unknown_speed) {}
+
+  /// A measured twist of the camera, in its own axes (translation, rotation) per second, over the time that
+  /// ends at `stamp`.
+  void add(Stamp stamp, const Vector6& twist);
+  bool empty() const { return recent_.empty(); }
+  /// The mean twist of the last few measurements; zero where there are none.
+  Vector6 twist() const;
+  /// The unit of length has changed.
+  void rescale(double factor);
+  /// A jump in time or a fresh start: the measurements before say nothing of changes from now on.
+  void interrupt() { recent_.clear(); }
+
+  /// Growth of the variance of the speed [units^2/s^3] and of the turn rate [rad^2/s^3].
+  double speedDiffusion() const;
+  double turnDiffusion() const;
+
+  /// Motion from `begin` to `end` seconds after the last measurement, predicted from before alone. Its
+  /// covariances add up to that of the whole, though its errors are those of one and the same speed.
+  UncertainMotion predict(double begin, double end) const;
+  /// Motion over `duration` seconds between two measured twists.
+  UncertainMotion between(const Vector6& before, const Vector6& after, double duration) const;
+
+ private:
+  struct Measurement {
+    Stamp stamp;
+    Vector6 twist;
+  };
+  UncertainMotion along(const Vector6& twist, double duration, double speed_variance,
+                        double turn_variance) const;
+
+  double unknown_speed_;
+  std::deque<Measurement> recent_;
+  double weight_ = 0.0;         // of what was learned [s]
+  double speed_changes_ = 0.0;  // sums, weighted alike
+  double turn_changes_ = 0.0;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,99 @@
+#include "ratslam/odometry/orb/motion_history.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ratslam {
+namespace {
+
+constexpr double kKept = 1.5;         // [s]
+constexpr double kLag = 1.0;          // over which changes are looked at [s]
+constexpr double kShortestLag = 0.3;  // [s]
+constexpr double kMemory = 60.0;      // of what was learned [s]
+constexpr std::size_t kAveraged = 3;  // measurements in the mean twist
+constexpr double kPriorWeight = 3.0;  // [s]
+constexpr double kPriorSpeed = 0.15;  // change of the speed within a second, of the speed
+// Change of the turn rate within a second [rad/s]: a straight road says nothing of the turn that comes next.
+constexpr double kLeastTurn = 0.2;
+constexpr double kUnknownTurn = 0.2;  // [rad/s]
+constexpr double kTilting = 0.1;  // variance of pitch and roll, of that of yaw: vehicles turn about one axis
+constexpr double kSideways = 0.05;  // of the way: how far from its direction a camera strays
+
+}  // namespace
+
+void MotionHistory::add(Stamp stamp, const Vector6& twist) {
+  while (!recent_.empty() && secondsBetween(recent_.front().stamp, stamp) > kKept) recent_.pop_front();
+  if (!recent_.empty()) {
+    const Measurement* then = nullptr;
+    for (const Measurement& measurement : recent_) {
+      if (secondsBetween(measurement.stamp, stamp) < kShortestLag) break;
+      then = &measurement;
+      if (secondsBetween(measurement.stamp, stamp) <= kLag) break;
+    }
+    if (then) {
+      const double lag = secondsBetween(then->stamp, stamp);
+      const double share = std::min(kLag, secondsBetween(recent_.back().stamp, stamp));
+      const double keep = std::exp(-share / kMemory);
+      const Vector6 change = twist - then->twist;
+      weight_ = keep * weight_ + share;
+      speed_changes_ = keep * speed_changes_ + share * change(2) * change(2) / lag;
+      turn_changes_ = keep * turn_changes_ + share * change.tail<3>().squaredNorm() / lag;
+    }
+  }
+  recent_.push_back({stamp, twist});
+}
+
+Vector6 MotionHistory::twist() const {
+  Vector6 sum = Vector6::Zero();
+  const std::size_t count = std::min(kAveraged, recent_.size());
+  for (std::size_t i = 0; i < count; ++i) sum += recent_[recent_.size() - 1 - i].twist;
+  return count == 0 ? sum : Vector6(sum / static_cast<double>(count));
+}
+
+void MotionHistory::rescale(double factor) {
+  for (Measurement& measurement : recent_) measurement.twist.head<3>() *= factor;
+  speed_changes_ *= factor * factor;
+}
+
+double MotionHistory::speedDiffusion() const {
+  const double prior = std::pow(kPriorSpeed * twist().head<3>().norm(), 2);
+  return (kPriorWeight * prior + speed_changes_) / (kPriorWeight + weight_);
+}
+
+double MotionHistory::turnDiffusion() const {
+  const double learned = weight_ > 0.0 ? turn_changes_ / weight_ : 0.0;
+  return std::max(kLeastTurn * kLeastTurn, learned);
+}
+
+UncertainMotion MotionHistory::along(const Vector6& twist, double duration, double speed_variance,
+                                     double turn_variance) const {
+  UncertainMotion result;
+  result.motion = expTransform(twist * duration);
+  const Eigen::Vector3d& way = result.motion.translation;
+  const double square = way.squaredNorm() + speed_variance;  // as far as it may have come
+  const double across = square * (kSideways * kSideways + turn_variance / 3.0);
+  const Eigen::Vector3d ahead =
+      way.norm() > 1e-9 ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d::UnitZ();
+  result.covariance.topLeftCorner<3, 3>() =
+      across * Eigen::Matrix3d::Identity() + speed_variance * ahead * ahead.transpose();
+  result.covariance.diagonal().tail<3>() = turn_variance * Eigen::Vector3d(kTilting, 1.0, kTilting);
+  return result;
+}
+
+UncertainMotion MotionHistory::predict(double begin, double end) const {
+  // Distance is the integral of a random walk: its variance grows with the third power of time.
+  if (recent_.empty()) {
+    const double square = end * end - begin * begin;  // one and the same unknown speed throughout
+    return along(Vector6::Zero(), end - begin, square * unknown_speed_ * unknown_speed_,
+                 square * kUnknownTurn * kUnknownTurn);
+  }
+  const double grown = (std::pow(end, 3) - std::pow(begin, 3)) / 3.0;
+  return along(twist(), end - begin, speedDiffusion() * grown, turnDiffusion() * grown);
+}
+
+UncertainMotion MotionHistory::between(const Vector6& before, const Vector6& after, double duration) const {
+  const double bridge = std::pow(duration, 3) / 12.0;  // of a random walk that is known at both ends
+  return along(0.5 * (before + after), duration, speedDiffusion() * bridge, turnDiffusion() * bridge);
+}
+
+}  // namespace ratslam
