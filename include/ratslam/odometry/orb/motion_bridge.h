@@ -52,14 +52,24 @@ class MotionBridge {
   /// The motion from the start to a frame, the first of a new map, given the twist of the camera there.
   UncertainMotion motionTo(const CameraModel& camera, const Frame& frame, const Vector6& twist_after,
                            const MotionHistory& history) const;
-  /// The samples so far, relative to the start: those up to `stamp` moved so that what was the pose
-  /// `predicted` there becomes `motion` from the start, those after it going on with `twist_after`.
-  std::vector<StampedPoseOfCamera> wayTo(Stamp stamp, const RigidTransform& predicted,
-                                         const RigidTransform& motion, const Vector6& twist_after) const;
+  /// The frames of start and samples that showed something, as far as they are kept.
+  std::vector<std::shared_ptr<const Frame>> frames() const;
+  /// The samples laid anew between places that are known by now. @param known ascending, relative to the
+  /// start, the last one where the stretch ends. @param before, after twists at both ends: what is not known
+  /// is filled by a speed that changes evenly.
+  std::vector<StampedPoseOfCamera> layOut(const std::vector<StampedPoseOfCamera>& known,
+                                          const Vector6& before, const Vector6& after) const;
 
  private:
+  struct Sample {
+    Stamp stamp = 0;
+    RigidTransform pose;
+    std::shared_ptr<const Frame> frame;
+  };
+  void thinOutFrames();
+
   StampedPoseOfCamera from_;
-  std::vector<StampedPoseOfCamera> way_;
+  std::vector<Sample> way_;
   RigidTransform last_frame_pose_;           // of last_frame_
   std::shared_ptr<const Frame> before_;      // at the start
   std::shared_ptr<const Frame> last_frame_;  // the last that showed something

@@ -85,6 +85,18 @@ class OrbOdometry {
 
  private:
   cv::Mat checkedGrey(const cv::Mat& image) const;
+  /// A tracked sample, as it lies to a keyframe.
+  struct Measured {
+    Stamp stamp = 0;
+    KeyframeId reference = 0;
+    RigidTransform T_reference;
+  };
+  /// A fresh map that is still too young to say how it lies to what was before it.
+  struct Settling {
+    MotionHistory before;
+    std::vector<Measured> way;  // since it took over
+  };
+
   bool startMap(OrbResult& result);
   bool trackMap(OrbResult& result, double dt);
   bool mayStartAnew(Stamp stamp) const;
@@ -92,7 +104,10 @@ class OrbOdometry {
   double scaleOfNewMap(double elapsed);
   void bridge(OrbResult& result, double dt, const std::shared_ptr<Frame>& seen);
   void closeOnOldMap(OrbResult& result, double dt, const Matrix6& covariance);
-  void setCorrection(OrbResult& result, const UncertainMotion& whole,
+  Matrix6 covarianceOfNewMap(const Eigen::Vector3d& way) const;
+  void settleWhenReady(OrbResult& result);
+  void settle(OrbResult& result);
+  void setCorrection(OrbResult& result, Stamp to, const UncertainMotion& whole,
                      const std::vector<StampedPoseOfCamera>& way);
   bool wantsKeyframe() const;
   bool standsStill() const;
@@ -127,6 +142,7 @@ class OrbOdometry {
   std::optional<OrbResult> last_result_;
   std::uint32_t epoch_ = 0;
   std::optional<MotionBridge> bridge_;  // open while nothing is measured
+  std::optional<Settling> settling_;    // while a fresh map is young: the bridge stays open
   std::shared_ptr<Frame> measured_frame_;
   RigidTransform T_odom_camera_;  // of the last sample
   RigidTransform T_odom_world_;   // where the present map's world lies in the first one's

@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace ratslam {
+namespace {
+
+constexpr std::ptrdiff_t kMostFrames = 40;  // kept: an image pyramid is large
+
+}  // namespace
 
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
   UncertainMotion both;
@@ -35,17 +40,18 @@ UncertainMotion MotionBridge::add(const CameraModel& camera, Stamp stamp, std::s
     }
   }
   if (frame) {
-    last_frame_ = std::move(frame);
+    last_frame_ = frame;
     last_frame_pose_ = pose;
   }
-  way_.push_back({stamp, pose});
+  way_.push_back({stamp, pose, std::move(frame)});
+  thinOutFrames();
   return step;
 }
 
 RigidTransform MotionBridge::poseAt(Stamp stamp) const {
   if (stamp == from_.stamp) return from_.pose;
-  const auto found = std::find_if(way_.begin(), way_.end(),
-                                  [&](const StampedPoseOfCamera& sample) { return sample.stamp == stamp; });
+  const auto found =
+      std::find_if(way_.begin(), way_.end(), [&](const Sample& sample) { return sample.stamp == stamp; });
   return found == way_.end() ? lastPose() : found->pose;
 }
 
@@ -75,22 +81,60 @@ UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& f
   return motion;
 }
 
-std::vector<StampedPoseOfCamera> MotionBridge::wayTo(Stamp stamp, const RigidTransform& predicted,
-                                                     const RigidTransform& motion,
-                                                     const Vector6& twist_after) const {
-  const RigidTransform back = from_.pose.inverse();
-  const Vector6 shift = logTransform((back * predicted).inverse() * motion);
-  const double duration = lasts(stamp);
-  std::vector<StampedPoseOfCamera> way;
-  for (const StampedPoseOfCamera& sample : way_) {
-    if (sample.stamp > stamp) {
-      const double after = secondsBetween(stamp, sample.stamp);
-      way.push_back({sample.stamp, motion * expTransform(after * twist_after)});
-    } else {
-      const double share = duration > 0.0 ? lasts(sample.stamp) / duration : 1.0;
-      way.push_back({sample.stamp, back * sample.pose * expTransform(share * shift)});
-    }
+std::vector<std::shared_ptr<const Frame>> MotionBridge::frames() const {
+  std::vector<std::shared_ptr<const Frame>> frames;
+  if (before_) frames.push_back(before_);
+  for (const Sample& sample : way_) {
+    if (sample.frame) frames.push_back(sample.frame);
   }
+  return frames;
+}
+
+void MotionBridge::thinOutFrames() {
+  const auto kept = [](const Sample& sample) { return sample.frame != nullptr; };
+  if (std::count_if(way_.begin(), way_.end(), kept) <= kMostFrames) return;
+  bool drop = false;
+  for (Sample& sample : way_) {
+    if (!sample.frame) continue;
+    if (drop) sample.frame.reset();
+    drop = !drop;
+  }
+}
+
+std::vector<StampedPoseOfCamera> MotionBridge::layOut(const std::vector<StampedPoseOfCamera>& known,
+                                                      const Vector6& before, const Vector6& after) const {
+  // A course of evenly changing speed, relative to the start, at the stamps of samples and known places.
+  const double whole = lasts(known.back().stamp);
+  const auto course = [&](const RigidTransform& from, double begin, double end) {
+    const double middle = whole > 0.0 ? 0.5 * (begin + end) / whole : 1.0;
+    return from * expTransform((end - begin) * ((1.0 - middle) * before + middle * after));
+  };
+  std::vector<StampedPoseOfCamera> way;
+  std::size_t sample = 0;
+  StampedPoseOfCamera last{from_.stamp, RigidTransform{}};
+  for (const StampedPoseOfCamera& place : known) {
+    // The course from the last known place to this one, then bent so that it ends there.
+    const std::size_t first = way.size();
+    double time = lasts(last.stamp);
+    RigidTransform pose = last.pose;
+    for (; sample < way_.size() && way_[sample].stamp < place.stamp; ++sample) {
+      const double now = lasts(way_[sample].stamp);
+      pose = course(pose, time, now);
+      time = now;
+      way.push_back({way_[sample].stamp, pose});
+    }
+    pose = course(pose, time, lasts(place.stamp));
+    const Vector6 shift = logTransform(pose.inverse() * place.pose);
+    const double duration = secondsBetween(last.stamp, place.stamp);
+    for (std::size_t i = first; i < way.size(); ++i) {
+      const double share = secondsBetween(last.stamp, way[i].stamp) / duration;
+      way[i].pose = way[i].pose * expTransform(share * shift);
+    }
+    if (sample < way_.size() && way_[sample].stamp == place.stamp) ++sample;
+    way.push_back(place);
+    last = place;
+  }
+  way.pop_back();  // the end is no sample in between
   return way;
 }
 

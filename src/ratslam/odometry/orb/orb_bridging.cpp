@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/odometry/orb/looking_back.h"
 #include "ratslam/odometry/orb/orb_odometry.h"
 
 namespace ratslam {
@@ -15,6 +16,10 @@ constexpr double kDepthInHeights = 10.0;
 constexpr double kGuessSigma = 0.5;        // of the log of that guess
 constexpr double kFirstRotationDeg = 0.1;  // standard deviation of the rotation across a map's first frames
 constexpr double kFirstWay = 0.02;         // the same of the way, sideways and lengthways, of its length
+constexpr std::size_t kSettledKeyframes = 10;  // after which a map's first places are known well
+constexpr double kTwistOver = 0.2;             // [s]
+constexpr int kLeastLookingBack = 25;          // landmarks that an earlier frame must show
+constexpr double kLookingBackGrowth = 4.0;  // of its pose's covariance: landmarks are seen from farther away
 
 }  // namespace
 
@@ -41,29 +46,78 @@ void OrbOdometry::adoptMap(InitialMap initial, OrbResult& result) {
   result.keyframe = true;
   result.tracked_points = static_cast<int>(frame_->observations.size());
 
-  const RigidTransform since_first = frame_->T_camera_world.inverse();
-  const Eigen::Vector3d& way = since_first.translation;
-  UncertainMotion measured{since_first, Matrix6::Zero()};
-  measured.covariance.topLeftCorner<3, 3>() =
-      std::pow(kFirstWay * way.norm(), 2) * Eigen::Matrix3d::Identity() +
-      std::pow(scale_keeper_.sigma(), 2) * way * way.transpose();
-  measured.covariance.bottomRightCorner<3, 3>() =
-      std::pow(degreesToRadians(kFirstRotationDeg), 2) * Eigen::Matrix3d::Identity();
-
-  const Vector6 twist = logTransform(since_first) / elapsed;
-  const UncertainMotion before = bridge_->motionTo(camera_, first, twist, history_);
-  T_odom_world_ = bridge_->startPose() * before.motion;
-  setCorrection(result, compose(before, measured),
-                bridge_->wayTo(first.stamp, bridge_->poseAt(first.stamp), before.motion, twist));
-  const double dt = secondsBetween(last_result_->sample.stamp, frame_->stamp);
-  setMotion(result, expTransform(twist * dt), dt, measured.covariance * (dt * dt) / (elapsed * elapsed));
   velocity_ = logTransform(frame_->T_camera_world) / elapsed;
+  const Vector6 twist = -velocity_;
+  settling_.emplace(Settling{history_, {}});
+  T_odom_world_ = bridge_->startPose() * bridge_->motionTo(camera_, first, twist, history_).motion;
+  last_covariance_.setZero();
+  const double dt = secondsBetween(last_result_->sample.stamp, frame_->stamp);
+  UncertainMotion step{expTransform(twist * dt), Matrix6::Zero()};
+  step.covariance = covarianceOfNewMap(step.motion.translation);
+  setMotion(result, step.motion, dt, step.covariance);
   history_.interrupt();
   history_.add(frame_->stamp, twist);
-  last_covariance_.setZero();
   still_reference_.clear();
   rememberPose();
+  settling_->way.push_back({frame_->stamp, reference_, T_reference_});
   initialiser_.reset();
+}
+
+Matrix6 OrbOdometry::covarianceOfNewMap(const Eigen::Vector3d& way) const {
+  Matrix6 covariance = Matrix6::Zero();
+  covariance.topLeftCorner<3, 3>() = std::pow(kFirstWay * way.norm(), 2) * Eigen::Matrix3d::Identity() +
+                                     std::pow(scale_keeper_.sigma(), 2) * way * way.transpose();
+  covariance.bottomRightCorner<3, 3>() =
+      std::pow(degreesToRadians(kFirstRotationDeg), 2) * Eigen::Matrix3d::Identity();
+  return covariance;
+}
+
+void OrbOdometry::settleWhenReady(OrbResult& result) {
+  settling_->way.push_back({frame_->stamp, reference_, T_reference_});
+  const std::size_t keyframes = map_->keyframes().size();
+  if (scale_keeper_.locked() || keyframes >= kSettledKeyframes || map_->full()) settle(result);
+}
+
+void OrbOdometry::settle(OrbResult& result) {
+  const Frame& first = *map_->keyframes().front().frame;
+  // Places of the camera in the map's world.
+  std::vector<StampedPoseOfCamera> known{{first.stamp, first.T_camera_world.inverse()}};
+  for (const Measured& sample : settling_->way) {
+    const RigidTransform& T_keyframe_world = map_->keyframe(sample.reference)->frame->T_camera_world;
+    known.push_back({sample.stamp, (sample.T_reference * T_keyframe_world).inverse()});
+  }
+  const auto twist_from_first = [&] {
+    const auto later = std::find_if(known.begin(), known.end() - 1, [&](const StampedPoseOfCamera& place) {
+      return secondsBetween(first.stamp, place.stamp) >= kTwistOver;
+    });
+    return Vector6(logTransform(first.T_camera_world * later->pose) /
+                   secondsBetween(first.stamp, later->stamp));
+  };
+  const auto located = lookBack(camera_, *map_, bridge_->frames(), -twist_from_first(),
+                                {tracking_params_, kLeastLookingBack}, *workers_);
+  for (const LocatedFrame& frame : located)
+    known.push_back({frame.stamp, frame.estimate.T_camera_world.inverse()});
+  std::sort(known.begin(), known.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
+
+  const Vector6 after = twist_from_first();
+  const Vector6 before = settling_->before.empty() ? after : settling_->before.twist();
+  UncertainMotion to_first = bridge_->motionTo(camera_, first, after, settling_->before);
+  if (known.front().stamp == bridge_->from()) {
+    to_first.motion = (first.T_camera_world * known.front().pose).inverse();
+    to_first.covariance = covarianceOfNewMap(to_first.motion.translation);
+    if (!located.empty()) to_first.covariance += kLookingBackGrowth * located.front().estimate.covariance;
+    known.erase(known.begin());
+  }
+  const RigidTransform T_start_world = to_first.motion * first.T_camera_world;
+  UncertainMotion since_first{first.T_camera_world * known.back().pose, Matrix6::Zero()};
+  since_first.covariance = covarianceOfNewMap(since_first.motion.translation);
+  for (StampedPoseOfCamera& place : known) place.pose = T_start_world * place.pose;
+
+  T_odom_world_ = bridge_->startPose() * T_start_world;
+  T_odom_camera_ = bridge_->startPose() * known.back().pose;
+  setCorrection(result, known.back().stamp, compose(to_first, since_first),
+                bridge_->layOut(known, before, after));
+  settling_.reset();
 }
 
 double OrbOdometry::scaleOfNewMap(double elapsed) {
@@ -88,6 +142,7 @@ double OrbOdometry::scaleOfNewMap(double elapsed) {
 }
 
 void OrbOdometry::bridge(OrbResult& result, double dt, const std::shared_ptr<Frame>& seen) {
+  if (settling_) settle(result);  // with what there is
   if (!bridge_) bridge_.emplace(last_result_->sample.stamp, T_odom_camera_, measured_frame_);
   const Stamp stamp = result.sample.stamp;
   const UncertainMotion step = bridge_->add(camera_, stamp, seen, history_);
@@ -105,19 +160,19 @@ void OrbOdometry::closeOnOldMap(OrbResult& result, double dt, const Matrix6& cov
   UncertainMotion whole{start * T_odom_world_ * frame_->T_camera_world.inverse(), Matrix6::Zero()};
   whole.covariance = covarianceOfMotion(whole.motion, covariance);
   const Stamp stamp = frame_->stamp;
-  const auto way =
-      bridge_->wayTo(stamp, bridge_->posePredicted(stamp, history_), whole.motion, Vector6::Zero());
+  const Vector6 twist = history_.twist();
+  const auto way = bridge_->layOut({{stamp, whole.motion}}, twist, twist);
   const RigidTransform step = way.empty() ? whole.motion : way.back().pose.inverse() * whole.motion;
-  setCorrection(result, whole, way);
+  setCorrection(result, stamp, whole, way);
   setMotion(result, step, dt, whole.covariance);
   velocity_ = logTransform(step.inverse()) / dt;
 }
 
-void OrbOdometry::setCorrection(OrbResult& result, const UncertainMotion& whole,
+void OrbOdometry::setCorrection(OrbResult& result, Stamp to, const UncertainMotion& whole,
                                 const std::vector<StampedPoseOfCamera>& way) {
   OdometryCorrection correction;
   correction.from = bridge_->from();
-  correction.to = result.sample.stamp;
+  correction.to = to;
   correction.motion = inBase(whole.motion);
   correction.covariance = inBase(whole.covariance);
   for (const StampedPoseOfCamera& sample : way) correction.way.push_back({sample.stamp, inBase(sample.pose)});

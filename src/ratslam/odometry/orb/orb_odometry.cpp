@@ -144,22 +144,26 @@ OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image) {
 
 bool OrbOdometry::trackMap(OrbResult& result, double dt) {
   const Stamp stamp = frame_->stamp;
-  const RigidTransform predicted = bridge_ ? bridge_->posePredicted(stamp, history_).inverse() * T_odom_world_
-                                           : expTransform(velocity_ * dt) * lastPose();
+  const bool lost = bridge_ && !settling_;
+  const RigidTransform predicted = lost ? bridge_->posePredicted(stamp, history_).inverse() * T_odom_world_
+                                        : expTransform(velocity_ * dt) * lastPose();
   TrackingOutcome outcome =
       trackFrame(camera_, *map_, last_observations_, predicted, *frame_, tracking_params_, *workers_);
   if (!outcome.tracked) {
     outcome =
         relocalise(camera_, *map_, *frame_, params_.relocalisation_inliers, tracking_params_, *workers_);
   }
-  if (!outcome.tracked) return startMap(result);
+  if (!outcome.tracked) {
+    if (settling_) settle(result);  // with what there is
+    return startMap(result);
+  }
   state_ = OrbState::kTracking;
   initialiser_.reset();
   result.tracked_points = outcome.estimate.inliers;
   const bool still = standsStill();
   if (still) frame_->T_camera_world = lastPose();
   const Matrix6& covariance = outcome.estimate.covariance;
-  if (bridge_) closeOnOldMap(result, dt, covariance);
+  if (lost) closeOnOldMap(result, dt, covariance);
   if (!still) {
     if (wantsKeyframe()) {
       takeKeyframe();
@@ -167,7 +171,7 @@ bool OrbOdometry::trackMap(OrbResult& result, double dt) {
     }
     still_reference_ = frame_->observations;
   }
-  if (!result.sample.correction) {
+  if (!lost) {
     // This camera in the one before, exactly nothing where it stands still.
     const RigidTransform step = still ? RigidTransform{} : lastPose() * frame_->T_camera_world.inverse();
     setMotion(result, step, dt, covarianceOfMotion(step, covariance));
@@ -176,6 +180,7 @@ bool OrbOdometry::trackMap(OrbResult& result, double dt) {
   }
   last_covariance_ = covariance;
   rememberPose();
+  if (settling_) settleWhenReady(result);
   return true;
 }
 
@@ -197,6 +202,9 @@ bool OrbOdometry::standsStill() const {
 void OrbOdometry::rescale(double factor) {
   map_->rescale(factor, frame_->centre());
   T_reference_.translation *= factor;
+  if (settling_) {
+    for (Measured& sample : settling_->way) sample.T_reference.translation *= factor;
+  }
   history_.rescale(factor);
 }
 

@@ -1,0 +1,32 @@
+/// Where frames from before a map began lie in it.
+///
+/// A map that has just begun shows places that earlier frames saw from farther away. Going back from its first
+/// frame each older one is tracked from where the camera's motion puts it, and searched for by descriptor
+/// (relocalisation.h) where that fails, as across a gap.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "ratslam/odometry/orb/frame_tracker.h"
+
+namespace ratslam {
+
+struct LocatedFrame {
+  Stamp stamp = 0;
+  PoseEstimate estimate;
+};
+
+struct LookingBackParams {
+  TrackingParams tracking;
+  int search_inliers = 25;  ///< that a frame must show where it was searched for
+};
+
+/// @param map whose first keyframe is where the camera was at `begin`. @param frames in any order, before or
+/// soon after that keyframe. @param velocity left increment of the camera's pose per second at that keyframe.
+/// @return those that were found, in ascending order of stamps.
+std::vector<LocatedFrame> lookBack(const CameraModel& camera, const LocalMap& map,
+                                   std::vector<std::shared_ptr<const Frame>> frames, const Vector6& velocity,
+                                   const LookingBackParams& params, WorkerPool& workers);
+
+}  // namespace ratslam

@@ -1,0 +1,83 @@
+#include "ratslam/odometry/orb/looking_back.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ratslam/odometry/orb/relocalisation.h"
+
+namespace ratslam {
+namespace {
+
+constexpr double kTrackedOver = 0.5;  // [s]: over longer times frames are searched for
+constexpr int kSearches = 3;          // in vain, before the older frames are left
+
+enum class Search { kNever, kWhilePromising, kAlways };
+
+/// Looks for one frame after another, each from where the one before was found.
+class Trail {
+ public:
+  Trail(const CameraModel& camera, LocalMap& map, const Vector6& velocity, const LookingBackParams& params,
+        WorkerPool& workers)
+      : camera_(camera), map_(map), params_(params), workers_(workers), velocity_(velocity) {
+    const Frame& first = *map.keyframes().front().frame;
+    pose_ = first.T_camera_world;
+    stamp_ = first.stamp;
+  }
+
+  void follow(const Frame& original, Search search, std::vector<LocatedFrame>& located) {
+    Frame frame = original;
+    refreshFeatures(frame, camera_);
+    const double dt = secondsBetween(stamp_, frame.stamp);
+    TrackingOutcome outcome;
+    if (std::abs(dt) < kTrackedOver) {
+      const RigidTransform predicted = expTransform(velocity_ * dt) * pose_;
+      outcome = trackLocalMap(camera_, map_, predicted, frame, params_.tracking, workers_);
+    }
+    if (!outcome.tracked &&
+        (search == Search::kAlways || (search == Search::kWhilePromising && searches_ < kSearches))) {
+      outcome = relocalise(camera_, map_, frame, params_.search_inliers, params_.tracking, workers_);
+      searches_ = outcome.tracked ? 0 : searches_ + 1;
+    }
+    if (!outcome.tracked) return;
+    velocity_ = logTransform(outcome.estimate.T_camera_world * pose_.inverse()) / dt;
+    pose_ = outcome.estimate.T_camera_world;
+    stamp_ = frame.stamp;
+    located.push_back({frame.stamp, std::move(outcome.estimate)});
+  }
+
+ private:
+  const CameraModel& camera_;
+  LocalMap& map_;
+  const LookingBackParams& params_;
+  WorkerPool& workers_;
+  Vector6 velocity_;
+  RigidTransform pose_;
+  Stamp stamp_ = 0;
+  int searches_ = 0;
+};
+
+}  // namespace
+
+std::vector<LocatedFrame> lookBack(const CameraModel& camera, const LocalMap& map,
+                                   std::vector<std::shared_ptr<const Frame>> frames, const Vector6& velocity,
+                                   const LookingBackParams& params, WorkerPool& workers) {
+  std::sort(frames.begin(), frames.end(), [](const auto& a, const auto& b) { return a->stamp < b->stamp; });
+  LocalMap copy = map;  // what is seen of its landmarks here says nothing of how good they are
+  const Stamp begin = map.keyframes().front().frame->stamp;
+  const auto first =
+      std::find_if(frames.begin(), frames.end(), [&](const auto& frame) { return frame->stamp >= begin; });
+  std::vector<LocatedFrame> located;
+  Trail back(camera, copy, velocity, params, workers);
+  for (auto frame = first; frame != frames.begin();) {
+    --frame;
+    back.follow(**frame, frame == frames.begin() ? Search::kAlways : Search::kWhilePromising, located);
+  }
+  Trail forth(camera, copy, velocity, params, workers);
+  for (auto frame = first; frame != frames.end(); ++frame) {
+    if ((*frame)->stamp > begin) forth.follow(**frame, Search::kNever, located);
+  }
+  std::sort(located.begin(), located.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
+  return located;
+}
+
+}  // namespace ratslam
