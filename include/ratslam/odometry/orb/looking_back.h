@@ -6,9 +6,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "ratslam/odometry/orb/frame_tracker.h"
+#include "ratslam/odometry/orb/motion_history.h"
 
 namespace ratslam {
 
@@ -28,5 +30,13 @@ struct LookingBackParams {
 std::vector<LocatedFrame> lookBack(const CameraModel& camera, const LocalMap& map,
                                    std::vector<std::shared_ptr<const Frame>> frames, const Vector6& velocity,
                                    const LookingBackParams& params, WorkerPool& workers);
+
+/// Looks for one earlier frame where rotation and direction from it to the map's first keyframe are known
+/// better than the length of the way: tries lengths within three standard deviations.
+/// @param to_first from the frame to that keyframe. @return nothing where the frame is not found, or where its
+/// rotation is known too poorly to be looked for.
+std::optional<PoseEstimate> findAlong(const CameraModel& camera, const LocalMap& map, const Frame& frame,
+                                      const UncertainMotion& to_first, const LookingBackParams& params,
+                                      WorkerPool& workers);
 
 }  // namespace ratslam

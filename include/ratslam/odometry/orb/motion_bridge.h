@@ -44,14 +44,16 @@ class MotionBridge {
   }
   /// Adds a sample. @param frame none where the image shows nothing. @return the motion since the last one.
   UncertainMotion add(const CameraModel& camera, Stamp stamp, std::shared_ptr<const Frame> frame,
-                      const MotionHistory& history);
+                      const MotionHistory& history, WorkerPool& workers);
   /// Pose of the sample at `stamp`; the last one's where there is none.
   RigidTransform poseAt(Stamp stamp) const;
   RigidTransform lastPose() const { return way_.empty() ? from_.pose : way_.back().pose; }
 
   /// The motion from the start to a frame, the first of a new map, given the twist of the camera there.
   UncertainMotion motionTo(const CameraModel& camera, const Frame& frame, const Vector6& twist_after,
-                           const MotionHistory& history) const;
+                           const MotionHistory& history, WorkerPool& workers) const;
+  /// The frame at the start, if there is one.
+  const Frame* before() const { return before_.get(); }
   /// The frames of start and samples that showed something, as far as they are kept.
   std::vector<std::shared_ptr<const Frame>> frames() const;
   /// The samples laid anew between places that are known by now. @param known ascending, relative to the

@@ -7,8 +7,8 @@
 /// crossing street
 /// - is left out; only a long row of measurements that agree with each other may overrule it.
 ///
-/// How well the unit is known follows from the same: anchored, with the filter's deviation, where roads are
-/// seen; and where they are not it drifts as it would have drifted without the corrections made so far.
+/// How well the unit is known follows from the same: anchored, with the filter's deviation - corrected by how
+/// large the innovations really are, for a town's roads are flatter than a track's - where roads are seen; and where they are not it drifts as it would have drifted without the corrections made so far.
 ///
 /// Without a known camera height the target is what the first measurements agree on: the unit stays
 /// arbitrary, but constant.
@@ -68,7 +68,8 @@ class ScaleKeeper {
   std::optional<double> target_;
   bool locked_ = false;
   std::deque<double> pending_;   // log heights seen while not locked
-  double variance_ = 0.0;        // of the log scale's error
+  double variance_ = 0.0;        // of the log scale's error, if roads are as rough as assumed
+  double surprise_ = 1.0;        // mean square of the innovations over what was expected
   double start_variance_ = 0.0;  // the same while not locked, when the map was new
   double unseen_ = 0.0;          // way since the last measurement that counted
   double block_way_ = 0.0;       // of the present block, over which corrections are summed

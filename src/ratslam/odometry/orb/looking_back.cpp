@@ -8,8 +8,12 @@
 namespace ratslam {
 namespace {
 
-constexpr double kTrackedOver = 0.5;  // [s]: over longer times frames are searched for
-constexpr int kSearches = 3;          // in vain, before the older frames are left
+constexpr double kTrackedOver = 0.5;         // [s]: over longer times frames are searched for
+constexpr double kMostRotation = 0.03;       // standard deviation that patches are found with [rad]
+constexpr double kLenientCorrelation = 0.7;  // of patches seen from much farther away
+constexpr double kWayStep = 0.05;            // between the lengths that are tried
+constexpr double kMostWay = 0.4;             // tried to either side
+constexpr int kSearches = 3;                 // in vain, before the older frames are left
 
 enum class Search { kNever, kWhilePromising, kAlways };
 
@@ -22,6 +26,7 @@ class Trail {
     const Frame& first = *map.keyframes().front().frame;
     pose_ = first.T_camera_world;
     stamp_ = first.stamp;
+    last_ = first.observations;
   }
 
   void follow(const Frame& original, Search search, std::vector<LocatedFrame>& located) {
@@ -31,7 +36,7 @@ class Trail {
     TrackingOutcome outcome;
     if (std::abs(dt) < kTrackedOver) {
       const RigidTransform predicted = expTransform(velocity_ * dt) * pose_;
-      outcome = trackLocalMap(camera_, map_, predicted, frame, params_.tracking, workers_);
+      outcome = trackFrame(camera_, map_, last_, predicted, frame, params_.tracking, workers_);
     }
     if (!outcome.tracked &&
         (search == Search::kAlways || (search == Search::kWhilePromising && searches_ < kSearches))) {
@@ -42,7 +47,8 @@ class Trail {
     velocity_ = logTransform(outcome.estimate.T_camera_world * pose_.inverse()) / dt;
     pose_ = outcome.estimate.T_camera_world;
     stamp_ = frame.stamp;
-    located.push_back({frame.stamp, std::move(outcome.estimate)});
+    last_ = std::move(frame.observations);
+    located.push_back({stamp_, std::move(outcome.estimate)});
   }
 
  private:
@@ -53,6 +59,7 @@ class Trail {
   Vector6 velocity_;
   RigidTransform pose_;
   Stamp stamp_ = 0;
+  std::vector<Observation> last_;
   int searches_ = 0;
 };
 
@@ -78,6 +85,32 @@ std::vector<LocatedFrame> lookBack(const CameraModel& camera, const LocalMap& ma
   }
   std::sort(located.begin(), located.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
   return located;
+}
+
+std::optional<PoseEstimate> findAlong(const CameraModel& camera, const LocalMap& map, const Frame& frame,
+                                      const UncertainMotion& to_first, const LookingBackParams& params,
+                                      WorkerPool& workers) {
+  if (to_first.covariance.bottomRightCorner<3, 3>().trace() > kMostRotation * kMostRotation)
+    return std::nullopt;
+  const double way = to_first.motion.translation.norm();
+  if (!(way > 0.0)) return std::nullopt;
+  const Eigen::Vector3d direction = to_first.motion.translation / way;
+  const double sigma = std::sqrt(direction.dot(to_first.covariance.topLeftCorner<3, 3>() * direction)) / way;
+  LocalMap copy = map;
+  TrackingParams lenient = params.tracking;
+  lenient.min_tracked = params.search_inliers;
+  lenient.alignment.min_correlation = kLenientCorrelation;
+  std::optional<PoseEstimate> best;
+  const double reach = std::clamp(3.0 * sigma, kWayStep, kMostWay);
+  for (double share = -reach; share <= reach + 1e-9; share += kWayStep) {
+    RigidTransform guess = to_first.motion;
+    guess.translation *= std::max(0.1, 1.0 + share);
+    Frame trial = frame;
+    const TrackingOutcome outcome = trackLocalMap(
+        camera, copy, guess * map.keyframes().front().frame->T_camera_world, trial, lenient, workers);
+    if (outcome.tracked && (!best || outcome.estimate.inliers > best->inliers)) best = outcome.estimate;
+  }
+  return best;
 }
 
 }  // namespace ratslam

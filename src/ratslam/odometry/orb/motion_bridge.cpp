@@ -6,6 +6,7 @@
 namespace ratslam {
 namespace {
 
+constexpr double kFarApart = 0.5;           // [s]
 constexpr std::ptrdiff_t kMostFrames = 40;  // kept: an image pyramid is large
 
 }  // namespace
@@ -28,15 +29,17 @@ UncertainMotion MotionBridge::predict(Stamp stamp, const MotionHistory& history)
 }
 
 UncertainMotion MotionBridge::add(const CameraModel& camera, Stamp stamp, std::shared_ptr<const Frame> frame,
-                                  const MotionHistory& history) {
+                                  const MotionHistory& history, WorkerPool& workers) {
   UncertainMotion step = predict(stamp, history);
   RigidTransform pose = lastPose() * step.motion;
   if (frame && last_frame_) {
-    if (const auto view = compareFarFeatures(camera, *last_frame_, *frame)) {
-      pose.rotation = (last_frame_pose_.rotation * view->T_after_before.rotation.conjugate()).normalized();
+    UncertainMotion since = history.predict(0.0, secondsBetween(last_frame_->stamp, stamp));
+    since.motion = last_frame_pose_.inverse() * pose;
+    const bool far = secondsBetween(last_frame_->stamp, stamp) > kFarApart;
+    if (const auto view = compareFarFeatures(camera, *last_frame_, *frame, since, far, workers)) {
+      pose.rotation = (last_frame_pose_.rotation * view->motion.motion.rotation).normalized();
       step.motion.rotation = (lastPose().rotation.conjugate() * pose.rotation).normalized();
-      step.covariance.bottomRightCorner<3, 3>() =
-          view->rotation_sigma * view->rotation_sigma * Eigen::Matrix3d::Identity();
+      step.covariance.bottomRightCorner<3, 3>() = view->motion.covariance.bottomRightCorner<3, 3>();
     }
   }
   if (frame) {
@@ -56,29 +59,29 @@ RigidTransform MotionBridge::poseAt(Stamp stamp) const {
 }
 
 UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& frame,
-                                       const Vector6& twist_after, const MotionHistory& history) const {
+                                       const Vector6& twist_after, const MotionHistory& history,
+                                       WorkerPool& workers) const {
   const double duration = lasts(frame.stamp);
   if (duration <= 0.0) return {};
   const bool known_before = !history.empty();
   UncertainMotion motion =
       history.between(known_before ? history.twist() : twist_after, twist_after, duration);
   if (!known_before) motion.covariance *= 4.0;  // a random walk known at one end only
-  const auto view = before_ ? compareFarFeatures(camera, *before_, frame) : std::nullopt;
+  const auto view =
+      before_ ? compareFarFeatures(camera, *before_, frame, motion, true, workers) : std::nullopt;
   if (!view) return motion;
-  const RigidTransform seen = view->T_after_before.inverse();
   const double along = motion.motion.translation.norm();
-  const Eigen::Vector3d old_ahead =
-      along > 1e-9 ? Eigen::Vector3d(motion.motion.translation / along) : Eigen::Vector3d::UnitZ();
-  const double along_variance = old_ahead.dot(motion.covariance.topLeftCorner<3, 3>() * old_ahead);
-  const Eigen::Vector3d ahead = seen.translation.normalized();
-  const double across = std::pow(view->direction_sigma * along, 2);
-  motion.motion = {seen.rotation, along * ahead};
-  motion.covariance.setZero();
-  motion.covariance.topLeftCorner<3, 3>() =
-      across * Eigen::Matrix3d::Identity() + along_variance * ahead * ahead.transpose();
-  motion.covariance.bottomRightCorner<3, 3>() =
-      view->rotation_sigma * view->rotation_sigma * Eigen::Matrix3d::Identity();
-  return motion;
+  if (!(along > 0.0)) return motion;
+  const Eigen::Vector3d ahead = motion.motion.translation / along;
+  const double variance = ahead.dot(motion.covariance.topLeftCorner<3, 3>() * ahead);
+  UncertainMotion seen = view->motion;
+  const Eigen::Vector3d direction = seen.motion.translation;
+  seen.motion.translation *= along;
+  Matrix6 scaling = Matrix6::Identity();
+  scaling.topLeftCorner<3, 3>() *= along;
+  seen.covariance = scaling * seen.covariance * scaling;
+  seen.covariance.topLeftCorner<3, 3>() += variance * direction * direction.transpose();
+  return seen;
 }
 
 std::vector<std::shared_ptr<const Frame>> MotionBridge::frames() const {

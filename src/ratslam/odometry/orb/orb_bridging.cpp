@@ -17,8 +17,9 @@ constexpr double kGuessSigma = 0.5;        // of the log of that guess
 constexpr double kFirstRotationDeg = 0.1;  // standard deviation of the rotation across a map's first frames
 constexpr double kFirstWay = 0.02;         // the same of the way, sideways and lengthways, of its length
 constexpr std::size_t kSettledKeyframes = 10;  // after which a map's first places are known well
-constexpr double kTwistOver = 0.2;             // [s]
-constexpr int kLeastLookingBack = 25;          // landmarks that an earlier frame must show
+constexpr double kSettledScale = 0.1;  // standard deviation of the log scale that is worth no more waiting
+constexpr double kTwistOver = 0.2;     // [s]
+constexpr int kLeastLookingBack = 25;  // landmarks that an earlier frame must show
 constexpr double kLookingBackGrowth = 4.0;  // of its pose's covariance: landmarks are seen from farther away
 
 }  // namespace
@@ -49,7 +50,7 @@ void OrbOdometry::adoptMap(InitialMap initial, OrbResult& result) {
   velocity_ = logTransform(frame_->T_camera_world) / elapsed;
   const Vector6 twist = -velocity_;
   settling_.emplace(Settling{history_, {}});
-  T_odom_world_ = bridge_->startPose() * bridge_->motionTo(camera_, first, twist, history_).motion;
+  T_odom_world_ = bridge_->startPose() * bridge_->motionTo(camera_, first, twist, history_, *workers_).motion;
   last_covariance_.setZero();
   const double dt = secondsBetween(last_result_->sample.stamp, frame_->stamp);
   UncertainMotion step{expTransform(twist * dt), Matrix6::Zero()};
@@ -75,7 +76,9 @@ Matrix6 OrbOdometry::covarianceOfNewMap(const Eigen::Vector3d& way) const {
 void OrbOdometry::settleWhenReady(OrbResult& result) {
   settling_->way.push_back({frame_->stamp, reference_, T_reference_});
   const std::size_t keyframes = map_->keyframes().size();
-  if (scale_keeper_.locked() || keyframes >= kSettledKeyframes || map_->full()) settle(result);
+  const bool scale_known = !params_.ground_plane || scale_keeper_.sigma() < kSettledScale;
+  if (scale_keeper_.locked() || map_->full() || (keyframes >= kSettledKeyframes && scale_known))
+    settle(result);
 }
 
 void OrbOdometry::settle(OrbResult& result) {
@@ -101,13 +104,21 @@ void OrbOdometry::settle(OrbResult& result) {
 
   const Vector6 after = twist_from_first();
   const Vector6 before = settling_->before.empty() ? after : settling_->before.twist();
-  UncertainMotion to_first = bridge_->motionTo(camera_, first, after, settling_->before);
-  if (known.front().stamp == bridge_->from()) {
-    to_first.motion = (first.T_camera_world * known.front().pose).inverse();
-    to_first.covariance = covarianceOfNewMap(to_first.motion.translation);
-    if (!located.empty()) to_first.covariance += kLookingBackGrowth * located.front().estimate.covariance;
-    known.erase(known.begin());
+  UncertainMotion to_first = bridge_->motionTo(camera_, first, after, settling_->before, *workers_);
+  std::optional<PoseEstimate> start;
+  if (!located.empty() && located.front().stamp == bridge_->from()) {
+    start = located.front().estimate;
+  } else if (first.stamp != bridge_->from() && bridge_->before()) {
+    start = findAlong(camera_, *map_, *bridge_->before(), to_first, {tracking_params_, kLeastLookingBack},
+                      *workers_);
   }
+  if (start || first.stamp == bridge_->from()) {
+    const RigidTransform T_start_world = start ? start->T_camera_world : first.T_camera_world;
+    to_first.motion = T_start_world * first.T_camera_world.inverse();
+    to_first.covariance = covarianceOfNewMap(to_first.motion.translation);
+    if (start) to_first.covariance += kLookingBackGrowth * start->covariance;
+  }
+  if (known.front().stamp == bridge_->from()) known.erase(known.begin());
   const RigidTransform T_start_world = to_first.motion * first.T_camera_world;
   UncertainMotion since_first{first.T_camera_world * known.back().pose, Matrix6::Zero()};
   since_first.covariance = covarianceOfNewMap(since_first.motion.translation);
@@ -145,7 +156,7 @@ void OrbOdometry::bridge(OrbResult& result, double dt, const std::shared_ptr<Fra
   if (settling_) settle(result);  // with what there is
   if (!bridge_) bridge_.emplace(last_result_->sample.stamp, T_odom_camera_, measured_frame_);
   const Stamp stamp = result.sample.stamp;
-  const UncertainMotion step = bridge_->add(camera_, stamp, seen, history_);
+  const UncertainMotion step = bridge_->add(camera_, stamp, seen, history_, *workers_);
   if (map_) {
     state_ = bridge_->lasts(stamp) <= params_.coast_time ? OrbState::kLost : OrbState::kRelocalising;
   }

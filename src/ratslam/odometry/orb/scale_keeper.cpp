@@ -10,6 +10,8 @@ constexpr std::size_t kToLock = 5;      // measurements that must agree when the
 constexpr std::size_t kToLearn = 15;    // the same when they make the target
 constexpr double kAgreement = 0.08;     // their median absolute deviation [log height]
 constexpr double kNormalGain = 0.02;    // of the slow average of the road's normal
+constexpr double kSurprises = 40.0;     // innovations that their mean square is taken over
+constexpr double kLeastSurprise = 0.1;  // what all innovations have in common does not show in them
 constexpr double kBlock = 20.0;         // way over which corrections are summed [heights]
 constexpr double kPriorBlocks = 3.0;    // weight of what is assumed of the walk
 constexpr double kPriorWalk = 0.003;    // of the unit [1/sqrt(height)]
@@ -54,7 +56,8 @@ double ScaleKeeper::walkVariance() const {
 }
 
 double ScaleKeeper::sigma() const {
-  return std::sqrt((locked_ ? variance_ : start_variance_) + walkVariance() * unseen_);
+  return std::sqrt((locked_ ? std::max(kLeastSurprise, surprise_) * variance_ : start_variance_) +
+                   walkVariance() * unseen_);
 }
 
 UnitOfLength ScaleKeeper::unit() const {
@@ -142,6 +145,7 @@ std::optional<double> ScaleKeeper::filter(const RoadMeasurement& measurement) {
     return std::nullopt;
   }
   rejections_ = 0;
+  surprise_ += (innovation * innovation / (variance_ + noise) - surprise_) / kSurprises;
   const double gain = variance_ / (variance_ + params_.correlated * noise);
   variance_ *= 1.0 - gain;
   normal_ = (normal_ + kNormalGain * (measurement.plane.normal - normal_)).normalized();
