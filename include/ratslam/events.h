@@ -22,10 +22,13 @@ struct NumberSession {
   }
 };
 
+/// The number of the view where an image shows nothing: no view cell is active.
+constexpr std::uint32_t kNoView = 0xFFFFFFFF;
+
 /// The view cell that an image made active (topic LocalView/Template).
 struct ViewEvent {
   Stamp stamp = 0;            ///< of the image
-  std::uint32_t id = 0;       ///< the active view cell, which is also its template's number
+  std::uint32_t id = 0;       ///< the active view cell, which is also its template's number; or kNoView
   double relative_rad = 0.0;  ///< heading now relative to the heading when the template was learned [rad]
   double error = -1.0;        ///< error of the best candidate, -1 where no template was one
   bool learned = false;       ///< the template is new
@@ -40,6 +43,8 @@ struct ViewEvent {
     fields("learned", learned);
     fields("session", session);
   }
+
+  bool seen() const { return id != kNoView; }
 };
 
 enum class ActionKind : std::uint32_t { kNone = 0, kCreateNode = 1, kCreateEdge = 2, kSetNode = 3 };

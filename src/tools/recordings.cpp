@@ -1,7 +1,6 @@
 #include "recordings.h"
 
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "ratslam/dataset/kitti_folder.h"
@@ -20,14 +19,14 @@ std::unique_ptr<Recording> openRecording(const std::string& path, const Recordin
   }
   if (!fs::is_directory(path)) {
     return std::make_unique<BagRecording>(
-        path, BagTopics{options.image_topic, options.odometry_topic, options.with_odometry});
+        path, BagTopics{options.image_topic, options.odometry_topic, options.with_odometry}, options.limits);
   }
   if (options.with_odometry) {
     throw std::runtime_error(path +
                              ": a folder has no odometry topic; give --odometry profile, orb or a CSV file");
   }
-  if (fs::is_directory(path + "/image_0")) return std::make_unique<KittiFolder>(path);
-  if (recorder) return std::make_unique<RecorderFolder>(path, options.rotate_deg);
+  if (fs::is_directory(path + "/image_0")) return std::make_unique<KittiFolder>(path, options.limits);
+  if (recorder) return std::make_unique<RecorderFolder>(path, options.rotate_deg, options.limits);
   throw std::runtime_error(path +
                            ": neither a KITTI sequence (image_0/, times.txt) nor a recorder's folder " +
                            "(images/, data_image.txt)");

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "ratslam/camera/camera_model.h"
+#include "ratslam/camera/image_decoding.h"
 #include "ratslam/dataset/recording.h"
 
 namespace ratslam {
@@ -14,7 +15,8 @@ struct RecordingOptions {
   std::string image_topic;     ///< of a bag; empty: the only one it has
   std::string odometry_topic;  ///< of a bag; empty: the only one it has
   bool with_odometry = false;  ///< hand out the bag's odometry among the images
-  int rotate_deg = 0;          ///< turn the images of a recorder's folder clockwise
+  ImageLimits limits;
+  int rotate_deg = 0;  ///< turn the images of a recorder's folder clockwise
 };
 
 /// A KITTI sequence folder, an Android recorder's folder or a bag.

@@ -4,12 +4,15 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "ratslam/odometry/registry.h"
 #include "ratslam_ros/support/node_parameters.h"
 
 namespace ratslam {
 namespace {
 
 namespace po = boost::program_options;
+
+constexpr int kMostDecodeThreads = 64;
 
 const char kUsage[] =
     "Usage: ratslam_run INPUT --config FILE --out DIR [options]\n"
@@ -37,15 +40,18 @@ void listParameters() {
 
 po::options_description describe(RunOptions& options) {
   po::options_description visible("Options");
+  std::string odometries;  // the description takes a copy
+  const OdometryRegistry registry = standardOdometry();
+  for (const OdometryKind& kind : registry.kinds()) {
+    odometries += (odometries.empty() ? "" : "; ") + kind.name + ": " + kind.meaning;
+  }
   const auto add = [&visible](const char* name, const po::value_semantic* value, const char* meaning) {
     visible.add_options()(name, value, meaning);
   };
   visible.add_options()("help,h", "this text")("list-parameters", "print all parameters as a table");
   add("config", po::value(&options.config), "YAML file, or an OpenRatSLAM .txt configuration");
   add("out", po::value(&options.out), "folder for the results");
-  add("odometry", po::value(&options.odometry)->default_value("profile"),
-      "profile (intensity profiles), orb (ORB features), topic (of the bag) or a CSV file with the columns "
-      "frame,stamp,linear_x,angular_z, such as the odometry.csv that a run leaves");
+  add("odometry", po::value(&options.odometry)->default_value("profile"), odometries.c_str());
   add("calibration", po::value(&options.calibration),
       "YAML file of the camera's intrinsics, as config/calibration/phone_example.yaml (a recorder's folder "
       "has none of its own)");
@@ -90,7 +96,10 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
   }
   if (options.input.empty() || options.out.empty())
     throw std::invalid_argument("INPUT and --out are needed; see --help");
-  options.recording.with_odometry = options.odometry == "topic";
+  if (options.decode_threads < 1 || options.decode_threads > kMostDecodeThreads) {
+    throwBadValue("decode-threads", options.decode_threads,
+                  "it must lie within [1, " + std::to_string(kMostDecodeThreads) + "]");
+  }
   return options;
 }
 

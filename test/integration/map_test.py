@@ -2,6 +2,7 @@
 """The experience map node alone, fed by hand: what it makes of decisions, and what it tells the world."""
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import unittest
@@ -95,6 +96,28 @@ class Map(unittest.TestCase):
         actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
         self.drive(odometry, lambda at, step: actions.publish(self.fill(TopologicalAction(), at, step)))
         self.check_square(maps)
+
+    def test_every_signal_that_ends_a_node_leaves_the_trajectories(self):
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            self.start()
+            maps = self.listen("ExperienceMap/Map", TopologicalMap)
+            odometry = self.publisher("odom", Odometry)
+            actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
+            self.drive(odometry, lambda at, step: actions.publish(self.fill(TopologicalAction(), at, step)))
+            self.check_square(maps)
+            self.node.process.send_signal(number)
+            self.assertEqual(self.node.ended(), 0, self.node.output())
+            for ending in ("_online.tum", "_final.tum", "_map.yaml"):
+                self.assertGreater(os.path.getsize(self.trajectory + ending), 100)
+                os.remove(self.trajectory + ending)
+            self.assertEqual([name for name in os.listdir(self.folder) if name.endswith(".part")], [])
+            del maps[:]
+
+    def test_trajectories_that_cannot_be_written_are_said_at_the_start(self):
+        os.makedirs(os.path.join(self.folder, self.name + "_final.tum"))
+        self.start()
+        self.assertEqual(self.node.ended(), 1, self.node.output())
+        self.assertEqual(self.node.count("_final.tum: cannot write this file"), 1, self.node.output())
 
     def test_states_rule_out_actions_and_everything_is_published(self):
         states = rospy.Publisher(self.root + "/PoseCell/State", PoseCellState, queue_size=1000)

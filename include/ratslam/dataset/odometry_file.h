@@ -17,7 +17,9 @@ namespace ratslam {
 std::vector<OdometrySample> readOdometryCsv(const std::string& path);
 
 /// Writes what readOdometryCsv reads, such that reading it back gives the same bits; poses where all samples
-/// have one. @throws std::runtime_error naming the file where it cannot be written
+/// have one. The stream's own precision is kept.
+void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& samples);
+/// @throws std::runtime_error naming the file where it cannot be written; what was there stays then
 void writeOdometryCsv(const std::string& path, const std::vector<OdometrySample>& samples);
 
 /// A recording with odometry of its own laid into it by stamp; what the recording itself has of odometry is

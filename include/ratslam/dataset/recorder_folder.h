@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "ratslam/camera/image_decoding.h"
 #include "ratslam/dataset/recording.h"
 
 namespace ratslam {
@@ -21,7 +22,7 @@ class RecorderFolder : public Recording {
 
   /// @param clockwise_deg turns the images: 0, 90, 180 or 270 (phones may store them as the sensor lies)
   /// @throws std::runtime_error naming file, line and reason; std::invalid_argument for another angle
-  explicit RecorderFolder(const std::string& folder, int clockwise_deg = 0);
+  explicit RecorderFolder(const std::string& folder, int clockwise_deg = 0, const ImageLimits& limits = {});
 
   std::optional<RecordedItem> next() override;
   std::size_t imageCount() const override { return images_.size(); }
@@ -30,6 +31,7 @@ class RecorderFolder : public Recording {
   std::vector<std::pair<Stamp, std::string>> images_;  ///< stamp and path, by stamp
   std::size_t next_ = 0;
   int quarter_turns_ = 0;  ///< clockwise
+  ImageLimits limits_;
 };
 
 }  // namespace ratslam

@@ -44,6 +44,9 @@ struct DecodedImage {
   std::string error;  ///< why it is corrupt
 };
 
+/// Never throws: what goes wrong becomes the error.
+DecodedImage decodeNow(const RecordedImage& encoded);
+
 using DecodedItem = std::variant<DecodedImage, OdometrySample>;
 
 /// Decodes images some way ahead of the caller. The order and content of what comes out do not depend on

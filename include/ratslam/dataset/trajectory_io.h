@@ -28,9 +28,12 @@ std::string formatStamp(Stamp stamp);
 /// finite number
 std::optional<Stamp> parseStamp(const std::string& text);
 
-/// @throws std::runtime_error naming the file where it cannot be written
+void writeTum(std::ostream& file, const std::vector<StampedPose3>& trajectory);
+void writeKitti(std::ostream& file, const std::vector<StampedPose3>& trajectory);
+
+/// @throws std::runtime_error naming the file where it cannot be written; what was there stays then
 void writeTum(const std::string& path, const std::vector<StampedPose3>& trajectory);
-/// @throws std::runtime_error naming the file where it cannot be written
+/// The same as KITTI poses.
 void writeKitti(const std::string& path, const std::vector<StampedPose3>& trajectory);
 
 /// Reads poses of 12 numbers a line. @throws std::runtime_error naming file, line and reason

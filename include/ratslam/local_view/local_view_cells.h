@@ -49,8 +49,11 @@ class LocalViewCells {
   /// The view cell that an image makes active. Types of image: see pixelFormat (grey.h).
   /// @param verifier asked about recalls and told of learned views; null: every recall stands.
   /// @throws std::invalid_argument for an unusable image, a crop or template that does not fit it, and an
-  /// image of another size than the first had; the cells are then as before the call.
+  /// image of another size than the one before; the cells are then as before the call.
   ViewEvent observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier = nullptr);
+
+  /// The next image may have another size than those before; templates stay, as they have a size of their own.
+  void acceptAnotherSize() { image_size_ = cv::Size(); }
 
   /// Number of view cells, equal to the number of learned templates.
   std::size_t size() const { return matcher_.size(); }
@@ -79,7 +82,7 @@ class LocalViewCells {
 
   LocalViewParams params_;
   TemplateMatcher matcher_;
-  cv::Size image_size_;                  // of all images, empty before the first
+  cv::Size image_size_;                  // of the images, empty before the first
   std::optional<std::uint32_t> active_;  // view cell of the present event
   std::optional<RecallGeometry> geometry_;
   cv::Mat view_image_;

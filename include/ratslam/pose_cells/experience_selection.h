@@ -40,6 +40,9 @@ class ExperienceSelector {
   /// @throws std::runtime_error naming what is missing
   void load(const State& state);
 
+  /// The decision where no view cell is active: to stay with the current experience.
+  TopologicalAction stay(Stamp stamp) const;
+
  private:
   struct Experience {
     PoseCellEstimate where;

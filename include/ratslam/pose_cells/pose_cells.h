@@ -31,7 +31,8 @@ class PoseCells {
   /// @throws std::invalid_argument if either is not finite; nothing has changed then.
   void integrate(double distance, double rotation) { network_.step(distance, rotation); }
 
-  /// Ties a new view cell to the present estimate, or injects activity where a known one is tied.
+  /// Ties a new view cell to the present estimate, or injects activity where a known one is tied. An event
+  /// without a view (kNoView) does neither.
   /// @throws std::invalid_argument if the event's relative_rad is not finite; nothing has changed then.
   void activate(const ViewEvent& event);
 

@@ -8,9 +8,7 @@
 /// the same map to the last bit.
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -18,12 +16,12 @@
 
 #include "ratslam/camera/camera_params.h"
 #include "ratslam/common/parameter_map.h"
-#include "ratslam/local_view/local_view_cells.h"
-#include "ratslam/odometry/orb/orb_params.h"
-#include "ratslam/odometry/profile/profile_odometry.h"
+#include "ratslam/odometry/registry.h"
+#include "ratslam/odometry/source.h"
+#include "ratslam/system/image_stage.h"
+#include "ratslam/system/local_view_stage.h"
 #include "ratslam/system/map_stage.h"
 #include "ratslam/system/pose_cell_stage.h"
-#include "ratslam/system/recall_check.h"
 
 namespace ratslam {
 
@@ -32,10 +30,10 @@ struct PipelineParams {
   LocalViewParams local_view;
   PoseCellParams pose_cells;
   ExperienceMapParams experience_map;
-  ProfileOdometryParams profile_odometry;
-  OrbOdometryParams orb_odometry;
+  OdometryParams odometry;  ///< of all there are
   CameraParams camera;
   RecallGeometryParams recall_geometry;
+  ImageStageParams images;
 
   /// @throws std::invalid_argument for a bad value, naming key, value, what would be right and the origin
   static PipelineParams fromMap(const ParameterMap& map);
@@ -47,20 +45,12 @@ struct PipelineParams {
     local_view.visitFields(visit);
     pose_cells.visitFields(visit);
     experience_map.visitFields(visit);
-    profile_odometry.visitFields(visit);
-    orb_odometry.visitFields(visit);
+    odometry.visitFields(visit);
     camera.visitFields(visit);
     recall_geometry.visitFields(visit);
+    images.visitFields(visit);
   }
 };
-
-/// Makes odometry of images.
-using OdometrySource = std::function<OdometrySample(Stamp, const cv::Mat&)>;
-
-/// RatSLAM's own: intensity profiles. @throws std::invalid_argument for bad parameters
-OdometrySource profileOdometry(const PipelineParams& params);
-/// ORB features. @throws std::invalid_argument for a bad camera or bad parameters
-OdometrySource orbOdometry(const PipelineParams& params, const CameraModel& camera);
 
 /// Seconds of computing time that each model has taken so far. Not a result: it never influences one.
 struct ModuleTimes {
@@ -76,6 +66,7 @@ class Pipeline {
   struct Progress {
     std::vector<OdometrySample> odometry;     ///< made from the image, or accepted from outside
     std::vector<ViewEvent> views;             ///< view events of the image
+    std::vector<std::string> refusals;        ///< why odometry or local view cannot use the image
     std::vector<PoseCellDecision> decisions;  ///< that have become possible, oldest first
     std::vector<Stamp> mapped;                ///< stamps up to which the map has got, oldest first
   };
@@ -83,28 +74,30 @@ class Pipeline {
   /// @param odometry  makes odometry of images; none where it comes from outside through `addOdometry`
   /// @param camera    needed where image geometry verifies recalls (vt_verify)
   /// @throws std::invalid_argument for bad parameters, or vt_verify without a camera
-  Pipeline(const PipelineParams& params, OdometrySource odometry,
+  Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource> odometry,
            const std::optional<CameraModel>& camera = std::nullopt);
 
-  /// @throws std::invalid_argument where the image does not suit the parameters or the images before it
-  Progress addImage(Stamp stamp, const cv::Mat& image);
+  /// An image that does not suit one of the models is refused by that one alone, as by its node.
+  Progress addImage(const ImageFrame& frame);
   /// A sample that is not finite or repeats a stamp is left out and counted.
   Progress addOdometry(const OdometrySample& sample);
 
-  const LocalViewCells& localView() const { return local_view_; }
+  const LocalViewCells& localView() const { return local_view_.cells(); }
+  /// The source of odometry; none where it comes from outside.
+  const OdometrySource* odometry() const { return odometry_.get(); }
   const PoseCellStage& poseCells() const { return pose_cells_; }
   const ExperienceMap& map() const { return map_.map(); }
   const ModuleTimes& times() const { return times_; }
   std::size_t droppedOdometry() const { return dropped_odometry_; }
 
  private:
-  ViewEvent observe(Stamp stamp, const cv::Mat& image);
+  void track(const ImageFrame& frame, Progress& progress);
+  void observe(const ImageFrame& frame, Progress& progress);
   bool feedOdometry(const OdometrySample& sample);
   void drain(Progress& progress);
 
-  OdometrySource odometry_;
-  LocalViewCells local_view_;
-  std::unique_ptr<RecallCheck> recall_check_;  ///< where vt_verify asks for it
+  std::unique_ptr<OdometrySource> odometry_;
+  LocalViewStage local_view_;
   PoseCellStage pose_cells_;
   MapStage map_;
   ModuleTimes times_;

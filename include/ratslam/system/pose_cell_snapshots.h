@@ -33,6 +33,7 @@ class PoseCellSnapshots {
   /// CSV: stamp,layer,row,column,activity: a line a cell that holds at least a millionth of the activity, in
   /// the order of stamps, layers, rows and columns. @throws std::runtime_error naming the file
   void write(const std::string& path) const;
+  void write(std::ostream& file) const;
 
  private:
   struct Snapshot {

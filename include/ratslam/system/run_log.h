@@ -6,18 +6,24 @@
 ///     odometry.csv           the odometry as odometry_file.h reads it: a run that takes it from there is the
 ///                            same
 ///     map.yaml               experiences and links
-///     templates.csv          stamp,template_id,error,relative_rad          a line a view event
+///     templates.csv          stamp,template_id,error,relative_rad          a line a view event; id -1: the image
+///                            showed nothing
 ///     actions.csv            stamp,action,src_id,dest_id,x,y,th            a line a decision, pose cells in
 ///     cells summary.json           counts, version, parameters, ms per frame of each module
+///     pose_cells.csv         activity of the pose cells at a few moments (pose_cell_snapshots.h)
+///
+/// All of them are written beside their places and put there together at the end: a run that was killed, or
+/// ran out of disk, leaves what an earlier run left; one that ends leaves nothing of an earlier run.
 #pragma once
 
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "ratslam/common/atomic_file.h"
 #include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/system/pipeline.h"
+#include "ratslam/system/pose_cell_snapshots.h"
 
 namespace ratslam {
 
@@ -26,7 +32,7 @@ std::vector<StampedPose3> toPoses3(const std::vector<StampedPose>& trajectory);
 
 class RunLog {
  public:
-  /// Makes the folder and opens the files. @throws std::runtime_error naming what cannot be written
+  /// Makes the folder. @throws std::runtime_error naming what finish() could not write
   explicit RunLog(const std::string& folder);
 
   void append(const Pipeline::Progress& progress);
@@ -34,14 +40,15 @@ class RunLog {
   /// Writes trajectories, map and summary.
   /// @param counts  whatever the runner counted (frames, corrupt images, ...), by name
   /// @param decoding_seconds  spent on decoding images
+  /// @param snapshots  of the pose cells, where some were taken
   /// @throws std::runtime_error naming the file that cannot be written
   void finish(const Pipeline& pipeline, PipelineParams params, const std::map<std::string, double>& counts,
-              double decoding_seconds = 0.0);
+              double decoding_seconds = 0.0, const PoseCellSnapshots* snapshots = nullptr);
 
  private:
   std::string folder_;
-  std::ofstream templates_;
-  std::ofstream actions_;
+  AtomicFile templates_;
+  AtomicFile actions_;
   std::vector<OdometrySample> odometry_;
   std::size_t frames_ = 0;
 };

@@ -34,13 +34,23 @@ class RunVideo {
   /// opened
   RunVideo(const std::string& path, double frame_rate);
 
+  ~RunVideo();
+  RunVideo(const RunVideo&) = delete;
+  RunVideo& operator=(const RunVideo&) = delete;
+
   void follow(const Pipeline::Progress& progress) { picture_.follow(progress); }
   /// Appends the picture of the system after `image`.
-  void add(const Pipeline& pipeline, const cv::Mat& image) { writer_.write(picture_.draw(pipeline, image)); }
+  void add(const Pipeline& pipeline, const cv::Mat& image);
+  /// Ends the video and puts it in its place.
+  /// @throws std::runtime_error naming the file where not all of it was written: the writer itself says nothing
+  void finish();
 
  private:
+  std::string path_;
+  std::string part_;  ///< where it is written until it is whole
   RunPicture picture_;
   cv::VideoWriter writer_;
+  std::size_t frames_ = 0;
 };
 
 }  // namespace ratslam

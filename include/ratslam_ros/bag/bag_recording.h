@@ -10,6 +10,7 @@
 #include <string>
 
 #include "ratslam/camera/camera_model.h"
+#include "ratslam/camera/image_decoding.h"
 #include "ratslam/dataset/recording.h"
 
 namespace ratslam {
@@ -25,7 +26,7 @@ class BagRecording : public Recording {
   /// @throws std::runtime_error, one line: the file is missing, empty, truncated, without an index (rosbag
   /// reindex) or no bag; a topic is missing, of another type or not the only one (with the topics there are
   /// and their types)
-  BagRecording(const std::string& path, const BagTopics& topics);
+  BagRecording(const std::string& path, const BagTopics& topics, const ImageLimits& limits = {});
 
   /// @throws std::runtime_error naming the file where it cannot be read any further
   std::optional<RecordedItem> next() override;
@@ -40,6 +41,7 @@ class BagRecording : public Recording {
  private:
   std::string path_;
   BagTopics topics_;
+  ImageLimits limits_;
   rosbag::Bag bag_;
   std::unique_ptr<rosbag::View> view_;
   rosbag::View::iterator position_;

@@ -3,11 +3,9 @@
 /// LocalView/RecallGeometry, one message an image.
 #pragma once
 
-#include <memory>
 #include <optional>
 
-#include "ratslam/local_view/local_view_cells.h"
-#include "ratslam/system/recall_check.h"
+#include "ratslam/system/local_view_stage.h"
 #include "ratslam_ros/support/calibrated_images.h"
 #include "ratslam_ros/support/lazy_picture.h"
 #include "ratslam_ros/support/node_parameters.h"
@@ -22,14 +20,11 @@ class LocalViewNode {
 
  private:
   CalibratedImages::CameraHandler cameraHandler();
-  void onImage(const std_msgs::Header& header, const cv::Mat& image);
-  ViewEvent observe(Stamp stamp, const cv::Mat& image);
+  void onImage(const std_msgs::Header& header, const ImageFrame& frame);
 
   NodeParams params_;
-  RecallGeometryParams recall_params_;
-  LocalViewCells cells_;
-  std::unique_ptr<RecallCheck> recall_check_;  ///< where vt_verify asks for it, once the camera is known
-  std::vector<ros::Publisher> outputs_;        ///< templates and, where recalls are verified, geometry
+  LocalViewStage stage_;
+  std::vector<ros::Publisher> outputs_;  ///< templates and, where recalls are verified, geometry
   LazyPicture picture_;
   CalibratedImages images_;
   std::optional<StartGate> gate_;

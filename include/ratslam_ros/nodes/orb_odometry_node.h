@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "ratslam/odometry/orb/orb_odometry.h"
+#include "ratslam/odometry/orb/orb_source.h"
 #include "ratslam_ros/support/calibrated_images.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_publisher.h"
@@ -18,19 +18,14 @@ class OrbOdometryNode {
   OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters);
 
  private:
-  void useCamera(const CameraModel& camera);
-  void onImage(const std_msgs::Header& header, const cv::Mat& image);
+  void onImage(const std_msgs::Header& header, const ImageFrame& frame);
 
   NodeParams params_;
   OrbOdometryParams odometry_params_;
-  std::optional<CameraModel> camera_;
-  std::optional<OrbOdometry> odometry_;
+  std::optional<OrbSource> source_;  ///< once the camera is known
   OdometryPublisher publisher_;
   OrbDisplay display_;
   CalibratedImages images_;
-  std::optional<Stamp> last_stamp_;
-  CountedWarning repeated_;
-  CountedWarning time_went_back_;
   CountedWarning restarted_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;

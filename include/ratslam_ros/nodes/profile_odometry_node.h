@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "ratslam/odometry/profile/profile_odometry.h"
+#include "ratslam/odometry/profile/profile_source.h"
 #include "ratslam_ros/support/image_subscriber.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_publisher.h"
@@ -17,16 +17,15 @@ class ProfileOdometryNode {
   ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters);
 
  private:
-  void onImage(const std_msgs::Header& header, const cv::Mat& image);
+  void onImage(const std_msgs::Header& header, const ImageFrame& frame);
   TwistCovariance covariance(const OdometrySample& sample, int image_columns, double dt) const;
 
   NodeParams params_;
   ProfileOdometryParams odometry_params_;
-  ProfileOdometry odometry_;
+  ProfileSource source_;
   OdometryPublisher publisher_;
   ImageSubscriber images_;
   std::optional<Stamp> last_stamp_;
-  CountedWarning time_went_back_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
 };

@@ -47,6 +47,13 @@ class NewestFirstQueue {
     return dropped;
   }
 
+  /// Until release() items only wait.
+  void hold() { held_ = true; }
+  void release() {
+    held_ = false;
+    post();
+  }
+
   std::size_t waiting() const { return items_.size(); }
 
  private:
@@ -54,7 +61,7 @@ class NewestFirstQueue {
 
   /// What has arrived meanwhile stands before this in the callback queue, so that it is seen first.
   void post() {
-    if (posted_ || items_.empty()) return;
+    if (posted_ || held_ || items_.empty()) return;
     posted_ = true;
     callbacks_->addCallback(boost::make_shared<PostedCall>([this] { handleOne(); }), id());
   }
@@ -73,6 +80,7 @@ class NewestFirstQueue {
   std::function<void(const Item&)> handle_item_;
   std::deque<Item> items_;
   bool posted_ = false;
+  bool held_ = false;
 };
 
 }  // namespace ratslam

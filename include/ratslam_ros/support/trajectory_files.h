@@ -18,7 +18,11 @@ struct TrajectoryFiles {
 /// runs/kitti_final.tum and runs/kitti_map.yaml
 TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& format);
 
-/// Writes them, making the folder where it is missing. @return their names
+/// Fails now where writeTrajectories would fail at the end of a long run.
+/// @throws std::runtime_error naming what cannot be written
+void requireTrajectoriesWritable(const std::string& file, const std::string& format);
+
+/// Writes them, making the folder where it is missing; all of them or none. @return their names
 /// @throws std::runtime_error naming what cannot be written
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
                                   const std::string& format);

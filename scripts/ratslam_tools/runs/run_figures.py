@@ -108,8 +108,9 @@ def draw_loop_links(axes, aligned: Aligned) -> None:
 
 def draw_templates(axes, run: Run) -> None:
     """Active view cell over time: new ones lie on the rising edge, recalls below it."""
-    time = run.templates["stamp"] - run.templates["stamp"][0]
-    ids = run.templates["template_id"]
+    seen = run.templates["template_id"] >= 0  # -1: the image showed nothing
+    time = (run.templates["stamp"] - run.templates["stamp"][0])[seen]
+    ids = run.templates["template_id"][seen]
     new = ids > np.concatenate([[-1], np.maximum.accumulate(ids)[:-1]])
     axes.plot(time[new], ids[new], ".", color=plotting.FINAL, markersize=2, label="learned")
     axes.plot(time[~new], ids[~new], ".", color=plotting.LINK, markersize=2, label="recalled or kept")

@@ -1,7 +1,6 @@
 #include "ratslam/dataset/kitti_folder.h"
 
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 #include <stdexcept>
 
@@ -41,24 +40,33 @@ std::optional<std::array<double, 12>> readProjection(const std::string& path) {
 
 }  // namespace
 
-KittiFolder::KittiFolder(const std::string& folder)
+KittiFolder::KittiFolder(const std::string& folder, const ImageLimits& limits)
     : images_(listImages(folder + "/image_0")),
       stamps_(readTimes(folder + "/times.txt")),
-      projection_(readProjection(folder + "/calib.txt")) {
+      projection_(readProjection(folder + "/calib.txt")),
+      limits_(limits) {
   if (stamps_.size() < images_.size()) {
     throw std::runtime_error(folder + "/times.txt: has " + std::to_string(stamps_.size()) + " times for " +
                              std::to_string(images_.size()) + " images");
   }
 }
 
-cv::Size KittiFolder::imageSize() const { return cv::imread(images_.front(), cv::IMREAD_UNCHANGED).size(); }
+cv::Size KittiFolder::imageSize() const {
+  for (const std::string& path : images_) {
+    try {
+      return measureImageFile(path);
+    } catch (const BadImage&) {  // it is told when its turn comes
+    }
+  }
+  throw std::runtime_error(images_.front() + ": neither this nor any other image can be read");
+}
 
 std::optional<RecordedItem> KittiFolder::next() {
   if (next_ >= images_.size()) return std::nullopt;
   RecordedImage image;
   image.stamp = stamps_[next_];
   image.name = images_[next_];
-  image.decode = [path = image.name] { return cv::imread(path, cv::IMREAD_UNCHANGED); };
+  image.decode = [path = image.name, limits = limits_] { return decodeImageFile(path, limits); };
   ++next_;
   return image;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "ratslam/common/atomic_file.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/trajectory_io.h"
 
@@ -99,10 +100,15 @@ std::vector<OdometrySample> readOdometryCsv(const std::string& path) {
 }
 
 void writeOdometryCsv(const std::string& path, const std::vector<OdometrySample>& samples) {
+  AtomicFile file(path);
+  writeOdometryCsv(file.stream(), samples);
+  file.commit();
+}
+
+void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& samples) {
   const bool with_pose = std::all_of(samples.begin(), samples.end(),
                                      [](const OdometrySample& sample) { return sample.pose.has_value(); });
-  std::ofstream file(path);
-  file.precision(std::numeric_limits<double>::max_digits10);
+  const auto precision = file.precision(std::numeric_limits<double>::max_digits10);
   file << "frame,stamp,linear_x,angular_z";
   for (const char* name : kPoseColumns) {
     if (with_pose) file << ',' << name;
@@ -114,8 +120,7 @@ void writeOdometryCsv(const std::string& path, const std::vector<OdometrySample>
     for (int i = 0; with_pose && i < 12; ++i) file << ',' << sample.pose->matrix()(i / 4, i % 4);
     file << '\n';
   }
-  file.flush();
-  if (!file) throw std::runtime_error(path + ": cannot write this odometry");
+  file.precision(precision);
 }
 
 std::optional<RecordedItem> RecordingWithOdometry::next() {

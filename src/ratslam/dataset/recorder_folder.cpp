@@ -4,7 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 #include <stdexcept>
 #include <tuple>
 
@@ -39,8 +39,8 @@ bool RecorderFolder::recognises(const std::string& folder) {
   return fs::exists(folder + "/data_image.txt") || fs::is_directory(folder + "/images");
 }
 
-RecorderFolder::RecorderFolder(const std::string& folder, int clockwise_deg)
-    : quarter_turns_(clockwise_deg / 90) {
+RecorderFolder::RecorderFolder(const std::string& folder, int clockwise_deg, const ImageLimits& limits)
+    : quarter_turns_(clockwise_deg / 90), limits_(limits) {
   if (clockwise_deg < 0 || clockwise_deg > 270 || clockwise_deg % 90 != 0) {
     throwBadValue("rotate", clockwise_deg, "it must be 0, 90, 180 or 270 degrees");
   }
@@ -84,8 +84,8 @@ std::optional<RecordedItem> RecorderFolder::next() {
   RecordedImage image;
   image.stamp = images_[next_].first;
   image.name = images_[next_].second;
-  image.decode = [path = image.name, turns = quarter_turns_] {
-    return turned(cv::imread(path, cv::IMREAD_UNCHANGED), turns);
+  image.decode = [path = image.name, turns = quarter_turns_, limits = limits_] {
+    return turned(decodeImageFile(path, limits), turns);
   };
   ++next_;
   return image;

@@ -5,7 +5,6 @@
 #include <memory>
 
 namespace ratslam {
-namespace {
 
 DecodedImage decodeNow(const RecordedImage& encoded) {
   DecodedImage decoded{encoded.stamp, encoded.name, {}, {}};
@@ -17,8 +16,6 @@ DecodedImage decodeNow(const RecordedImage& encoded) {
   }
   return decoded;
 }
-
-}  // namespace
 
 DecodeAhead::DecodeAhead(Recording& recording, int threads)
     : recording_(recording), depth_(static_cast<std::size_t>(4 * std::max(threads, 1))) {

@@ -8,18 +8,18 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ratslam/common/atomic_file.h"
 #include "ratslam/dataset/csv.h"
 
 namespace ratslam {
 namespace {
 
+/// Calls write(file, stamped) for each pose, numbers with all their digits.
 template <class WritePose>
-void writeLines(const std::string& path, const std::vector<StampedPose3>& trajectory, WritePose writePose) {
-  std::ofstream file(path);
-  file.precision(std::numeric_limits<double>::max_digits10);
-  for (const StampedPose3& stamped : trajectory) writePose(file, stamped);
-  file.flush();
-  if (!file) throw std::runtime_error(path + ": cannot write this trajectory");
+void writeLines(std::ostream& file, const std::vector<StampedPose3>& trajectory, WritePose write) {
+  const auto precision = file.precision(std::numeric_limits<double>::max_digits10);
+  for (const StampedPose3& stamped : trajectory) write(file, stamped);
+  file.precision(precision);
 }
 
 }  // namespace
@@ -55,7 +55,19 @@ std::optional<Stamp> parseStamp(const std::string& text) {
 }
 
 void writeTum(const std::string& path, const std::vector<StampedPose3>& trajectory) {
-  writeLines(path, trajectory, [](std::ostream& out, const StampedPose3& stamped) {
+  AtomicFile file(path);
+  writeTum(file.stream(), trajectory);
+  file.commit();
+}
+
+void writeKitti(const std::string& path, const std::vector<StampedPose3>& trajectory) {
+  AtomicFile file(path);
+  writeKitti(file.stream(), trajectory);
+  file.commit();
+}
+
+void writeTum(std::ostream& file, const std::vector<StampedPose3>& trajectory) {
+  writeLines(file, trajectory, [](std::ostream& out, const StampedPose3& stamped) {
     const Eigen::Vector3d t = stamped.pose.translation();
     const Eigen::Quaterniond q(stamped.pose.linear());
     out << formatStamp(stamped.stamp) << ' ' << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.x() << ' '
@@ -63,8 +75,8 @@ void writeTum(const std::string& path, const std::vector<StampedPose3>& trajecto
   });
 }
 
-void writeKitti(const std::string& path, const std::vector<StampedPose3>& trajectory) {
-  writeLines(path, trajectory, [](std::ostream& out, const StampedPose3& stamped) {
+void writeKitti(std::ostream& file, const std::vector<StampedPose3>& trajectory) {
+  writeLines(file, trajectory, [](std::ostream& out, const StampedPose3& stamped) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         out << stamped.pose.matrix()(row, column) << (row == 2 && column == 3 ? '\n' : ' ');

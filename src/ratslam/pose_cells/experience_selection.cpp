@@ -30,6 +30,13 @@ TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCe
   return action;
 }
 
+TopologicalAction ExperienceSelector::stay(Stamp stamp) const {
+  TopologicalAction action;
+  action.stamp = stamp;
+  action.src_id = action.dest_id = current_;
+  return action;
+}
+
 double ExperienceSelector::relativeHeading(const ViewEvent& view, const Experience& experience) const {
   return wrapAngle(view.relative_rad - experience.relative_rad);
 }

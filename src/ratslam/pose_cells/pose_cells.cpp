@@ -9,9 +9,10 @@ namespace ratslam {
 void PoseCells::activate(const ViewEvent& event) {
   if (!std::isfinite(event.relative_rad))
     throwBadValue("relative_rad", event.relative_rad, "it must be finite");
+  view_ = event;
+  if (!event.seen()) return;
   const std::optional<Injection> injection = view_input_.onView(event, network_.estimate());
   if (injection) network_.inject(injection->cell, injection->energy);
-  view_ = event;
 }
 
 void PoseCells::forgetViewsFrom(std::uint32_t view_id) {
@@ -35,6 +36,7 @@ void PoseCells::load(const State& state) {
 
 TopologicalAction PoseCells::decide() {
   if (!view_) return {};
+  if (!view_->seen()) return selector_.stay(view_->stamp);
   return selector_.select(*view_, network_.estimate());
 }
 

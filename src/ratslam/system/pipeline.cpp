@@ -1,9 +1,7 @@
 #include "ratslam/system/pipeline.h"
 
 #include <chrono>
-#include <memory>
-
-#include "ratslam/odometry/orb/orb_odometry.h"
+#include <stdexcept>
 
 namespace ratslam {
 namespace {
@@ -29,10 +27,10 @@ PipelineParams PipelineParams::fromMap(const ParameterMap& map) {
   map.read(params.local_view);
   map.read(params.pose_cells);
   map.read(params.experience_map);
-  map.read(params.profile_odometry);
-  map.read(params.orb_odometry);
+  map.read(params.odometry);
   map.read(params.camera);
   map.read(params.recall_geometry);
+  map.read(params.images);
   return params;
 }
 
@@ -44,51 +42,47 @@ std::set<std::string> PipelineParams::knownKeys() {
   return keys;
 }
 
-OdometrySource profileOdometry(const PipelineParams& params) {
-  return [odometry = std::make_shared<ProfileOdometry>(params.profile_odometry)](
-             Stamp stamp, const cv::Mat& image) { return odometry->track(stamp, image); };
-}
-
-OdometrySource orbOdometry(const PipelineParams& params, const CameraModel& camera) {
-  return [odometry = std::make_shared<OrbOdometry>(camera, params.orb_odometry)](
-             Stamp stamp, const cv::Mat& image) { return odometry->track(stamp, image).sample; };
-}
-
-Pipeline::Pipeline(const PipelineParams& params, OdometrySource odometry,
+Pipeline::Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource> odometry,
                    const std::optional<CameraModel>& camera)
     : odometry_(std::move(odometry)),
-      local_view_(params.local_view),
+      local_view_(params.local_view, params.recall_geometry),
       pose_cells_(params.pose_cells),
       map_(params.experience_map, params.recall_geometry.verifies()) {
-  if (!params.recall_geometry.verifies()) return;
+  if (!local_view_.needsCamera()) return;
   if (!camera) throwBadValue("vt_verify", params.recall_geometry.verify, "it needs the camera's calibration");
-  recall_check_ = std::make_unique<RecallCheck>(params.recall_geometry, *camera);
+  local_view_.setCamera(*camera);
 }
 
-ViewEvent Pipeline::observe(Stamp stamp, const cv::Mat& image) {
-  if (!recall_check_) return local_view_.observe(stamp, image);
-  RecallGeometry geometry;
-  const ViewEvent view = recall_check_->observe(local_view_, stamp, image, geometry);
-  map_.addGeometry(geometry);
-  return view;
-}
-
-Pipeline::Progress Pipeline::addImage(Stamp stamp, const cv::Mat& image) {
+Pipeline::Progress Pipeline::addImage(const ImageFrame& frame) {
   Progress progress;
-  if (odometry_) {
-    {
-      const Stopwatch watch(times_.odometry);
-      progress.odometry.push_back(asTransmitted(odometry_(stamp, image)));
-    }
-    feedOdometry(progress.odometry.back());
-  }
-  {
-    const Stopwatch watch(times_.local_view);
-    progress.views.push_back(observe(stamp, image));
-  }
-  pose_cells_.addView(progress.views.back());
+  if (odometry_) track(frame, progress);
+  observe(frame, progress);
   drain(progress);
   return progress;
+}
+
+void Pipeline::track(const ImageFrame& frame, Progress& progress) {
+  try {
+    const Stopwatch watch(times_.odometry);
+    progress.odometry.push_back(asTransmitted(odometry_->track(frame)));
+  } catch (const std::invalid_argument& e) {
+    progress.refusals.emplace_back(e.what());
+    return;
+  }
+  feedOdometry(progress.odometry.back());
+}
+
+void Pipeline::observe(const ImageFrame& frame, Progress& progress) {
+  try {
+    const Stopwatch watch(times_.local_view);
+    const ViewObservation observation = local_view_.observe(frame);
+    progress.views.push_back(observation.view);
+    if (observation.geometry) map_.addGeometry(*observation.geometry);
+  } catch (const std::invalid_argument& e) {
+    progress.refusals.emplace_back(e.what());
+    return;
+  }
+  pose_cells_.addView(progress.views.back());
 }
 
 Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {

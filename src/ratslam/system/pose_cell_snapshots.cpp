@@ -1,8 +1,6 @@
 #include "ratslam/system/pose_cell_snapshots.h"
 
-#include <fstream>
-#include <stdexcept>
-
+#include "ratslam/common/atomic_file.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/trajectory_io.h"
 
@@ -47,8 +45,15 @@ void PoseCellSnapshots::follow(const Pipeline::Progress& progress, const PoseCel
 }
 
 void PoseCellSnapshots::write(const std::string& path) const {
+  AtomicFile file(path);
+  write(file.stream());
+  file.commit();
+}
+
+void PoseCellSnapshots::write(std::ostream& file) const {
   constexpr double kLeast = 1e-6;
-  std::ofstream file(path);
+  constexpr int kDigits = 6;
+  const auto precision = file.precision(kDigits);
   file << "stamp,layer,row,column,activity\n";
   for (const Snapshot& snapshot : snapshots_) {
     const ActivityGrid& activity = snapshot.activity;
@@ -63,8 +68,7 @@ void PoseCellSnapshots::write(const std::string& path) const {
       }
     }
   }
-  file.flush();
-  if (!file) throw std::runtime_error(path + ": cannot write the pose cells' activity");
+  file.precision(precision);
 }
 
 }  // namespace ratslam

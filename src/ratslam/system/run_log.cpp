@@ -1,7 +1,9 @@
 #include "ratslam/system/run_log.h"
 
+#include <array>
 #include <filesystem>
-#include <limits>
+#include <memory>
+#include <set>
 #include <stdexcept>
 
 #include "ratslam/dataset/odometry_file.h"
@@ -11,17 +13,63 @@
 namespace ratslam {
 namespace {
 
-std::ofstream open(const std::string& path) {
-  std::ofstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot write this file");
-  file.precision(std::numeric_limits<double>::max_digits10);
-  return file;
+/// All that a run may leave.
+constexpr const char* kTemplates = "templates.csv";
+constexpr const char* kActions = "actions.csv";
+constexpr const char* kOdometry = "odometry.csv";
+constexpr const char* kOdometryTrajectory = "trajectory_odometry.tum";
+constexpr const char* kOnlineTrajectory = "trajectory_online.tum";
+constexpr const char* kFinalTrajectory = "trajectory_final.tum";
+constexpr const char* kMap = "map.yaml";
+constexpr const char* kPoseCells = "pose_cells.csv";
+constexpr const char* kSummary = "summary.json";
+constexpr std::array<const char*, 9> kAll{kTemplates,        kActions,         kOdometry, kOdometryTrajectory,
+                                          kOnlineTrajectory, kFinalTrajectory, kMap,      kPoseCells,
+                                          kSummary};
+
+std::string madeFolder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder + ": cannot make this folder: " + error.message());
+  return folder;
 }
 
-void requireWritten(std::ofstream& file, const std::string& path) {
-  file.flush();
-  if (!file) throw std::runtime_error(path + ": cannot write this file");
-}
+/// Files that appear together.
+class FileSet {
+ public:
+  explicit FileSet(std::string folder) : folder_(std::move(folder)) {}
+
+  std::ostream& add(const char* name) {
+    files_.push_back(std::make_unique<AtomicFile>(folder_ + "/" + name));
+    names_.insert(name);
+    return files_.back()->stream();
+  }
+  void adopt(const char* name, AtomicFile& file) {
+    adopted_.push_back(&file);
+    names_.insert(name);
+  }
+  /// Puts all in their places, once all are known to be whole, and takes away what else there may be.
+  void commit() {
+    for (AtomicFile* file : all()) file->close();
+    for (const char* name : kAll) {
+      std::error_code ignored;  // what cannot be removed is replaced by nothing
+      if (names_.count(name) == 0) std::filesystem::remove(folder_ + "/" + name, ignored);
+    }
+    for (AtomicFile* file : all()) file->commit();
+  }
+
+ private:
+  std::vector<AtomicFile*> all() const {
+    std::vector<AtomicFile*> all = adopted_;
+    for (const auto& file : files_) all.push_back(file.get());
+    return all;
+  }
+
+  std::string folder_;
+  std::vector<std::unique_ptr<AtomicFile>> files_;
+  std::vector<AtomicFile*> adopted_;
+  std::set<std::string> names_;
+};
 
 std::vector<StampedPose3> posesOf(const std::vector<OdometrySample>& samples) {
   std::vector<StampedPose3> poses;
@@ -79,46 +127,45 @@ std::vector<StampedPose3> toPoses3(const std::vector<StampedPose>& trajectory) {
   return poses;
 }
 
-RunLog::RunLog(const std::string& folder) : folder_(folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw std::runtime_error(folder + ": cannot make this folder: " + error.message());
-  templates_ = open(folder + "/templates.csv");
-  templates_ << "stamp,template_id,error,relative_rad\n";
-  actions_ = open(folder + "/actions.csv");
-  actions_ << "stamp,action,src_id,dest_id,x,y,th\n";
+RunLog::RunLog(const std::string& folder)
+    : folder_(madeFolder(folder)), templates_(folder + "/" + kTemplates), actions_(folder + "/" + kActions) {
+  for (const char* name : kAll) {
+    if (name != kTemplates && name != kActions) requireWritable(folder + "/" + name);
+  }
+  templates_.stream() << "stamp,template_id,error,relative_rad\n";
+  actions_.stream() << "stamp,action,src_id,dest_id,x,y,th\n";
 }
 
 void RunLog::append(const Pipeline::Progress& progress) {
   frames_ += progress.views.size();
   odometry_.insert(odometry_.end(), progress.odometry.begin(), progress.odometry.end());
   for (const ViewEvent& view : progress.views) {
-    templates_ << formatStamp(view.stamp) << ',' << view.id << ',' << view.error << ',' << view.relative_rad
-               << '\n';
+    templates_.stream() << formatStamp(view.stamp) << ',' << (view.seen() ? std::to_string(view.id) : "-1")
+                        << ',' << view.error << ',' << view.relative_rad << '\n';
   }
   for (const PoseCellDecision& decision : progress.decisions) {
     const TopologicalAction& action = decision.action;
-    actions_ << formatStamp(action.stamp) << ',' << static_cast<int>(action.kind) << ',' << action.src_id
-             << ',' << action.dest_id << ',' << decision.estimate.x << ',' << decision.estimate.y << ','
-             << decision.estimate.th << '\n';
+    actions_.stream() << formatStamp(action.stamp) << ',' << static_cast<int>(action.kind) << ','
+                      << action.src_id << ',' << action.dest_id << ',' << decision.estimate.x << ','
+                      << decision.estimate.y << ',' << decision.estimate.th << '\n';
   }
 }
 
 void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
-                    const std::map<std::string, double>& counts, double decoding_seconds) {
-  requireWritten(templates_, folder_ + "/templates.csv");
-  requireWritten(actions_, folder_ + "/actions.csv");
-  writeOdometryCsv(folder_ + "/odometry.csv", odometry_);
+                    const std::map<std::string, double>& counts, double decoding_seconds,
+                    const PoseCellSnapshots* snapshots) {
+  FileSet files(folder_);
+  files.adopt(kTemplates, templates_);
+  files.adopt(kActions, actions_);
+  writeOdometryCsv(files.add(kOdometry), odometry_);
   const std::vector<StampedPose3> odometry_poses = posesOf(odometry_);
-  if (!odometry_poses.empty()) writeTum(folder_ + "/trajectory_odometry.tum", odometry_poses);
-  writeTum(folder_ + "/trajectory_online.tum", toPoses3(pipeline.map().onlineTrajectory()));
-  writeTum(folder_ + "/trajectory_final.tum", toPoses3(pipeline.map().finalTrajectory()));
-  std::ofstream map = open(folder_ + "/map.yaml");
-  writeMap(map, pipeline.map().graph());
-  requireWritten(map, folder_ + "/map.yaml");
+  if (!odometry_poses.empty()) writeTum(files.add(kOdometryTrajectory), odometry_poses);
+  writeTum(files.add(kOnlineTrajectory), toPoses3(pipeline.map().onlineTrajectory()));
+  writeTum(files.add(kFinalTrajectory), toPoses3(pipeline.map().finalTrajectory()));
+  writeMap(files.add(kMap), pipeline.map().graph());
+  if (snapshots != nullptr) snapshots->write(files.add(kPoseCells));
 
-  const std::string path = folder_ + "/summary.json";
-  std::ofstream summary = open(path);
+  std::ostream& summary = files.add(kSummary);
   summary << "{\n  \"version\": \"" << version() << "\",\n  \"counts\": {";
   JsonFields count_fields(summary);
   for (const auto& [name, value] : counts) count_fields(name, value);
@@ -138,7 +185,7 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   JsonFields parameter_fields(summary);
   params.visitFields(parameter_fields);
   summary << "\n  }\n}\n";
-  requireWritten(summary, path);
+  files.commit();
 }
 
 }  // namespace ratslam

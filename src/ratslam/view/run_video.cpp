@@ -1,11 +1,12 @@
 #include "ratslam/view/run_video.h"
 
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <opencv2/core/utils/logger.hpp>
 #include <stdexcept>
 
+#include "ratslam/common/atomic_file.h"
 #include "ratslam/view/composite.h"
 #include "ratslam/view/draw_local_view.h"
 #include "ratslam/view/draw_map.h"
@@ -24,20 +25,45 @@ int codecOf(const std::string& path) {
   return found->second;
 }
 
-cv::VideoWriter openVideo(const std::string& path, double frame_rate) {
+/// Keeps OpenCV from telling in many lines of its own what it tried before it succeeded, or why it did not.
+class Silence {
+ public:
+  Silence() : before_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
+  ~Silence() { cv::utils::logging::setLogLevel(before_); }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  cv::utils::logging::LogLevel before_;
+};
+
+/// x.mp4 -> x.part.mp4: the ending says what is to be written.
+std::string partOf(const std::string& path) {
+  std::filesystem::path part(path);
+  const std::string ending = part.extension().string();
+  return part.replace_extension(".part" + ending).string();
+}
+
+cv::VideoWriter openVideo(const std::string& path, const std::string& part, double frame_rate) {
   const int codec = codecOf(path);
-  if (!std::ofstream(path)) throw std::runtime_error(path + ": cannot write this video");
-  // OpenCV would tell the reason in many lines of its own, among them what it tried before it succeeded.
-  const cv::utils::logging::LogLevel before =
-      cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  cv::VideoWriter writer(path, codec, frame_rate, {kCompositeWidth, kCompositeHeight});
-  cv::utils::logging::setLogLevel(before);
+  requireWritable(path);
+  const Silence silence;
+  cv::VideoWriter writer(part, codec, frame_rate, {kCompositeWidth, kCompositeHeight});
   if (!writer.isOpened()) {
-    std::filesystem::remove(path);
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
     throw std::runtime_error(path + ": this OpenCV has no codec for such a video; try " +
                              (std::filesystem::path(path).extension() == ".avi" ? ".mp4" : ".avi"));
   }
   return writer;
+}
+
+/// Frames that a player finds in a video.
+std::size_t framesIn(const std::string& path) {
+  const Silence silence;
+  cv::VideoCapture video(path);
+  if (!video.isOpened()) return 0;
+  return static_cast<std::size_t>(std::max(0.0, video.get(cv::CAP_PROP_FRAME_COUNT)));
 }
 
 }  // namespace
@@ -48,13 +74,35 @@ void RunPicture::follow(const Pipeline::Progress& progress) {
 }
 
 cv::Mat RunPicture::draw(const Pipeline& pipeline, const cv::Mat& image) const {
-  const LocalViewCells& cells = pipeline.localView();
-  return composite(
-      drawLocalView(image, view_, cells.viewImage(), cells.templateImage(view_.id), localViewPictureSize()),
-      drawActivity(pipeline.poseCells().cells().activity(), trail_, activityPictureSize()),
-      drawMap(pipeline.map().graph(), pipeline.map().robotPose(), mapPictureSize()));
+  return composite(drawLocalView(image, view_, pipeline.localView(), localViewPictureSize()),
+                   drawActivity(pipeline.poseCells().cells().activity(), trail_, activityPictureSize()),
+                   drawMap(pipeline.map().graph(), pipeline.map().robotPose(), mapPictureSize()));
 }
 
-RunVideo::RunVideo(const std::string& path, double frame_rate) : writer_(openVideo(path, frame_rate)) {}
+RunVideo::RunVideo(const std::string& path, double frame_rate)
+    : path_(path), part_(partOf(path)), writer_(openVideo(path, part_, frame_rate)) {}
+
+RunVideo::~RunVideo() {
+  writer_.release();
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);  // gone already where it was finished
+}
+
+void RunVideo::add(const Pipeline& pipeline, const cv::Mat& image) {
+  writer_.write(picture_.draw(pipeline, image));
+  ++frames_;
+}
+
+void RunVideo::finish() {
+  writer_.release();
+  const std::size_t found = framesIn(part_);
+  if (found < frames_) {
+    throw std::runtime_error(path_ + ": cannot write this video: " + std::to_string(found) + " of " +
+                             std::to_string(frames_) + " pictures can be read back; is the disk full?");
+  }
+  std::error_code error;
+  std::filesystem::rename(part_, path_, error);
+  if (error) throw std::runtime_error(path_ + ": cannot write this video: " + error.message());
+}
 
 }  // namespace ratslam

@@ -84,18 +84,15 @@ std::string choose(const std::string& path, const TopicTypes& types, const std::
 }
 
 template <class Message>
-RecordedImage imageOf(const rosbag::MessageInstance& instance) {
+RecordedImage imageIn(const rosbag::MessageInstance& instance, const ImageLimits& limits) {
   const auto message = instance.instantiate<Message>();
-  RecordedImage image;
-  image.stamp = stampFromRos(message->header.stamp);
-  image.name = instance.getTopic() + " at " + std::to_string(message->header.stamp.toSec());
-  image.decode = [message]() -> cv::Mat { return decodeImage(message).clone(); };
-  return image;
+  return recordedImage(message, instance.getTopic(), stampFromRos(message->header.stamp), limits);
 }
 
 }  // namespace
 
-BagRecording::BagRecording(const std::string& path, const BagTopics& topics) : path_(path), topics_(topics) {
+BagRecording::BagRecording(const std::string& path, const BagTopics& topics, const ImageLimits& limits)
+    : path_(path), topics_(topics), limits_(limits) {
   open(bag_, path);
   const TopicTypes types = typesOf(bag_);
   topics_.images = choose(path, types, topics.images, "images", {kImage, kCompressedImage}, "");
@@ -132,8 +129,8 @@ std::optional<RecordedItem> BagRecording::next() {
     ++position_;
     const std::string& type = instance.getDataType();
     if (type == kOdometry) return odometryFromMessage(*instance.instantiate<nav_msgs::Odometry>());
-    if (type == kImage) return imageOf<sensor_msgs::Image>(instance);
-    return imageOf<sensor_msgs::CompressedImage>(instance);
+    if (type == kImage) return imageIn<sensor_msgs::Image>(instance, limits_);
+    return imageIn<sensor_msgs::CompressedImage>(instance, limits_);
   } catch (const rosbag::BagException& e) {
     throw std::runtime_error(path_ + ": the bag cannot be read any further: " + e.what());
   }

@@ -8,14 +8,13 @@ namespace ratslam {
 
 LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters)
     : params_(readParams<NodeParams>(parameters)),
-      recall_params_(readParams<RecallGeometryParams>(parameters)),
-      cells_(readParams<LocalViewParams>(parameters)),
+      stage_(readParams<LocalViewParams>(parameters), readParams<RecallGeometryParams>(parameters)),
       picture_(handle, topicName(params_.topic_root, "LocalView/View")),
-      images_(handle, params_, readParams<CameraParams>(parameters), cameraHandler(),
-              [this](const std_msgs::Header& header, const cv::Mat& image) { onImage(header, image); }) {
+      images_(handle, parameters, cameraHandler(),
+              [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }) {
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
   outputs_.push_back(handle.advertise<ratslam_ros::ViewTemplate>(topic("LocalView/Template"), 0));
-  if (recall_params_.verifies()) {
+  if (stage_.needsCamera()) {
     outputs_.push_back(handle.advertise<ratslam_ros::RecallGeometry>(topic("LocalView/RecallGeometry"), 0));
   }
   gate_.emplace(handle, outputs_, params_.wait_for_subscribers, [this] { images_.start(); });
@@ -24,28 +23,18 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
 }
 
 CalibratedImages::CameraHandler LocalViewNode::cameraHandler() {
-  if (!recall_params_.verifies()) return nullptr;
-  return [this](const CameraModel& camera) {
-    recall_check_ = std::make_unique<RecallCheck>(recall_params_, camera);
-  };
+  if (!stage_.needsCamera()) return nullptr;
+  return [this](const CameraModel& camera) { stage_.setCamera(camera); };
 }
 
-ViewEvent LocalViewNode::observe(Stamp stamp, const cv::Mat& image) {
-  if (!recall_check_) return cells_.observe(stamp, image);
-  RecallGeometry geometry;
-  const ViewEvent view = recall_check_->observe(cells_, stamp, image, geometry);
-  outputs_.back().publish(geometryToMessage(geometry));
-  return view;
-}
-
-void LocalViewNode::onImage(const std_msgs::Header& header, const cv::Mat& image) {
-  const ViewEvent view = observe(stampFromRos(header.stamp), image);
-  ratslam_ros::ViewTemplate message = viewToMessage(view);
+void LocalViewNode::onImage(const std_msgs::Header& header, const ImageFrame& frame) {
+  const ViewObservation observation = stage_.observe(frame);
+  if (observation.geometry) outputs_.back().publish(geometryToMessage(*observation.geometry));
+  ratslam_ros::ViewTemplate message = viewToMessage(observation.view);
   message.header.frame_id = header.frame_id;
   outputs_.front().publish(message);
   picture_.publish(header, [&] {
-    return drawLocalView(image, view, cells_.viewImage(), cells_.templateImage(view.id),
-                         localViewPictureSize());
+    return drawLocalView(frame.image, observation.view, stage_.cells(), localViewPictureSize());
   });
 }
 

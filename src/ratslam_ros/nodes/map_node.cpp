@@ -25,6 +25,9 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
                 return isPublished(topic);
               }),
       silence_(params_.sync_timeout) {
+  if (!params_.trajectory_file.empty()) {
+    requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
+  }
   subscribe();
   write_service_ = handle_.advertiseService<std_srvs::Trigger::Request, std_srvs::Trigger::Response>(
       topicName(params_.topic_root, "ExperienceMap/WriteTrajectories"),

@@ -20,27 +20,23 @@ constexpr double kAssumedVariance = 1e-6;
 ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters)
     : params_(readParams<NodeParams>(parameters)),
       odometry_params_(readParams<ProfileOdometryParams>(parameters)),
-      odometry_(odometry_params_),
+      source_(odometry_params_),
       publisher_(handle, params_),
-      images_(handle, params_, topicName(params_.topic_root, "camera/image"),
-              [this](const std_msgs::Header& header, const cv::Mat& image) { onImage(header, image); }) {
+      images_(handle, params_, readParams<ImageStageParams>(parameters),
+              topicName(params_.topic_root, "camera/image"),
+              [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }) {
   gate_.emplace(handle, std::vector<ros::Publisher>{publisher_.publisher()}, params_.wait_for_subscribers,
                 [this] { images_.start(); });
   watch_timer_ = handle.createWallTimer(
       ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { images_.watch().warnIfItNeverCame(); });
 }
 
-void ProfileOdometryNode::onImage(const std_msgs::Header& header, const cv::Mat& image) {
-  const Stamp stamp = stampFromRos(header.stamp);
-  if (last_stamp_ && stamp < *last_stamp_) {
-    time_went_back_.report("time went back on " + images_.watch().topic() + ": the odometry starts anew");
-    odometry_.restart();
-    last_stamp_.reset();
-  }
-  const double dt = last_stamp_ ? secondsBetween(*last_stamp_, stamp) : 0.0;
-  const OdometrySample sample = odometry_.track(stamp, image);
-  last_stamp_ = stamp;
-  publisher_.publish(sample, Twist::Zero(), covariance(sample, image.cols, dt));
+void ProfileOdometryNode::onImage(const std_msgs::Header&, const ImageFrame& frame) {
+  if (frame.begins_anew) last_stamp_.reset();
+  const double dt = last_stamp_ ? secondsBetween(*last_stamp_, frame.stamp) : 0.0;
+  const OdometrySample sample = source_.track(frame);
+  last_stamp_ = frame.stamp;
+  publisher_.publish(sample, Twist::Zero(), covariance(sample, frame.image.cols, dt));
 }
 
 TwistCovariance ProfileOdometryNode::covariance(const OdometrySample& sample, int image_columns,

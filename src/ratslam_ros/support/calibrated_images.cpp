@@ -1,7 +1,5 @@
 #include "ratslam_ros/support/calibrated_images.h"
 
-#include <limits>
-
 #include "ratslam_ros/support/camera_info.h"
 #include "ratslam_ros/support/node_parameters.h"
 
@@ -26,25 +24,23 @@ std::string cameraInfoTopic(const ros::NodeHandle& handle, const std::string& im
 
 }  // namespace
 
-CalibratedImages::CalibratedImages(const ros::NodeHandle& handle, const NodeParams& params,
-                                   const CameraParams& configured, CameraHandler on_camera,
-                                   ImageSubscriber::Handler on_image)
+CalibratedImages::CalibratedImages(const ros::NodeHandle& handle, const ParameterMap& parameters,
+                                   CameraHandler on_camera, ImageSubscriber::Handler on_image)
     : handle_(handle),
-      most_waiting_(params.image_queue_size > 0 ? static_cast<std::size_t>(params.image_queue_size)
-                                                : std::numeric_limits<std::size_t>::max()),
-      configured_(configured.model()),
+      configured_(readParams<CameraParams>(parameters).model()),
       on_camera_(std::move(on_camera)),
-      on_image_(std::move(on_image)),
-      images_(handle, params, topicName(params.topic_root, "camera/image"),
-              [this](const std_msgs::Header& header, const cv::Mat& image) { onImage(header, image); }),
-      camera_info_watch_(cameraInfoTopic(handle, topicName(params.topic_root, "camera/image"),
-                                         topicName(params.topic_root, "camera/camera_info")),
-                         "sensor_msgs/CameraInfo") {}
+      images_(handle, readParams<NodeParams>(parameters), readParams<ImageStageParams>(parameters),
+              topicName(readParams<NodeParams>(parameters).topic_root, "camera/image"), std::move(on_image)),
+      camera_info_watch_(
+          cameraInfoTopic(handle, topicName(readParams<NodeParams>(parameters).topic_root, "camera/image"),
+                          topicName(readParams<NodeParams>(parameters).topic_root, "camera/camera_info")),
+          "sensor_msgs/CameraInfo") {}
 
 void CalibratedImages::start() {
   if (on_camera_ && configured_) on_camera_(*configured_);
   ready_ = !on_camera_ || configured_;
   if (!ready_) {
+    images_.hold();
     camera_info_watch_.start();
     camera_info_subscriber_ = handle_.subscribe<sensor_msgs::CameraInfo>(
         camera_info_watch_.topic(), 10, [this](const sensor_msgs::CameraInfoConstPtr& message) {
@@ -64,27 +60,12 @@ void CalibratedImages::onCameraInfo(const sensor_msgs::CameraInfo& message) {
     return;
   }
   ready_ = true;
-  for (; !waiting_.empty(); waiting_.pop_front()) {
-    try {
-      on_image_(waiting_.front().header, waiting_.front().image);
-    } catch (const std::exception& e) {
-      skipped_.report(topic() + ": image skipped: " + e.what());
-    }
-  }
-}
-
-void CalibratedImages::onImage(const std_msgs::Header& header, const cv::Mat& image) {
-  if (ready_) {
-    on_image_(header, image);
-    return;
-  }
-  if (waiting_.size() >= most_waiting_) waiting_.pop_front();
-  waiting_.push_back({header, image.clone()});  // the pixels may be the message's
+  images_.release();
 }
 
 void CalibratedImages::warnIfSomethingNeverCame() {
   images_.watch().warnIfItNeverCame();
-  if (ready_ || waiting_.empty()) return;
+  if (ready_ || !images_.somethingWaits()) return;
   camera_info_watch_.warnIfItNeverCame();
   if (!camera_info_watch_.came()) {
     no_calibration_.report("images wait for " + camera_info_watch_.topic() + kHowToCalibrate);

@@ -1,7 +1,11 @@
 #include "ratslam_ros/support/image_subscriber.h"
 
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <ros/this_node.h>
+
 #include <cstdio>
 
+#include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/image_decoding.h"
 
 namespace ratslam {
@@ -13,30 +17,43 @@ std::string transportTopic(const ros::NodeHandle& handle, const std::string& bas
 }
 
 ImageSubscriber::ImageSubscriber(const ros::NodeHandle& handle, const NodeParams& params,
-                                 const std::string& topic, Handler handler)
+                                 const ImageStageParams& images, const std::string& topic, Handler handler)
     : handle_(handle),
       compressed_(params.image_transport == "compressed"),
       stamps_by_arrival_(params.stamp_source == "arrival"),
       topic_(transportTopic(handle, topic, params.image_transport)),
+      limits_(images.limits()),
       handler_(std::move(handler)),
+      stage_(images,
+             [this](ImageEvent event, const std::string& text) {
+               warnings_[static_cast<std::size_t>(event)].report(text);
+             }),
       watch_(topic_, compressed_ ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image"),
       queue_(handle, static_cast<std::size_t>(params.image_queue_size),
-             [this](const Waiting& waiting) { process(waiting); }) {}
+             [this](const Waiting& waiting) { process(waiting); }),
+      diagnostics_(handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)) {}
 
 void ImageSubscriber::start() {
-  // The subscription itself has no bound: what waits is bounded, counted and reported here.
   if (compressed_) {
-    subscriber_ = handle_.subscribe<sensor_msgs::CompressedImage>(
-        topic_, 0, [this](const sensor_msgs::CompressedImageConstPtr& message) {
-          push({nullptr, message, ros::WallTime::now(), ros::Time::now()});
-        });
+    subscribe<sensor_msgs::CompressedImage>();
   } else {
-    subscriber_ =
-        handle_.subscribe<sensor_msgs::Image>(topic_, 0, [this](const sensor_msgs::ImageConstPtr& message) {
-          push({message, nullptr, ros::WallTime::now(), ros::Time::now()});
-        });
+    subscribe<sensor_msgs::Image>();
   }
   watch_.start();
+  diagnostics_timer_ = handle_.createWallTimer(ros::WallDuration(1.0),
+                                               [this](const ros::WallTimerEvent&) { publishCounts(); });
+}
+
+template <class Message>
+void ImageSubscriber::subscribe() {
+  // The subscription itself has no bound: what waits is bounded, counted and reported here.
+  subscriber_ =
+      handle_.subscribe<Message>(topic_, 0, [this](const boost::shared_ptr<const Message>& message) {
+        Waiting waiting{message->header, {}, ros::WallTime::now(), ros::Time::now()};
+        if (stamps_by_arrival_) waiting.header.stamp = waiting.arrived_ros;
+        waiting.image = recordedImage(message, topic_, stampFromRos(waiting.header.stamp), limits_);
+        push(waiting);
+      });
 }
 
 void ImageSubscriber::push(const Waiting& waiting) {
@@ -51,27 +68,37 @@ void ImageSubscriber::push(const Waiting& waiting) {
   dropped_.report(topic_ + text, traffic_.dropped);
 }
 
-std_msgs::Header ImageSubscriber::headerOf(const Waiting& waiting) const {
-  std_msgs::Header header = waiting.raw ? waiting.raw->header : waiting.compressed->header;
-  if (stamps_by_arrival_) header.stamp = waiting.arrived_ros;
-  return header;
+void ImageSubscriber::process(const Waiting& waiting) {
+  traffic_.age_s = (waiting.arrived_ros - waiting.header.stamp).toSec();
+  const std::optional<ImageFrame> frame = stage_.add(decodeNow(waiting.image));
+  try {
+    if (frame) handler_(waiting.header, *frame);
+  } catch (const std::exception& e) {
+    stage_.refused(waiting.image.name, e.what());
+  }
+  traffic_.delay_s = (ros::WallTime::now() - waiting.arrived).toSec();
 }
 
-void ImageSubscriber::process(const Waiting& waiting) {
-  const std_msgs::Header header = headerOf(waiting);
-  traffic_.age_s = (waiting.arrived_ros - header.stamp).toSec();
-  try {
-    handler_(header, waiting.raw ? decodeImage(waiting.raw) : decodeImage(waiting.compressed));
-    used_one_ = true;
-    ++traffic_.handled;
-  } catch (const std::invalid_argument& e) {
-    if (!used_one_) throw;
-    skipped_.report(topic_ + ": image skipped: " + e.what());
-  } catch (const std::exception& e) {
-    skipped_.report(topic_ + ": image skipped: " + e.what());
-  }
-  traffic_.skipped = skipped_.count();
-  traffic_.delay_s = (ros::WallTime::now() - waiting.arrived).toSec();
+void ImageSubscriber::publishCounts() {
+  diagnostic_msgs::DiagnosticStatus status;
+  status.name = ros::this_node::getName() + ": images";
+  status.hardware_id = topic_;
+  const ImageCounts& counts = stage_.counts();
+  const bool fine = counts.used > 0 || counts.images == 0;
+  status.level = fine ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::ERROR;
+  status.message = counts.text();
+  const auto add = [&status](const std::string& name, std::size_t number) {
+    diagnostic_msgs::KeyValue value;
+    value.key = name;
+    value.value = std::to_string(number);
+    status.values.push_back(value);
+  };
+  counts.visit(add);
+  add("dropped_images", traffic_.dropped);
+  diagnostic_msgs::DiagnosticArray message;
+  message.header.stamp = ros::Time::now();
+  message.status.push_back(status);
+  diagnostics_.publish(message);
 }
 
 }  // namespace ratslam

@@ -1,14 +1,24 @@
 #include "ratslam_ros/support/trajectory_files.h"
 
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
+#include "ratslam/common/atomic_file.h"
 #include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/experience_map/map_file.h"
 #include "ratslam/system/run_log.h"
 
 namespace ratslam {
+namespace {
+
+void makeFolderOf(const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder.string() + ": cannot make this folder: " + error.message());
+}
+
+}  // namespace
 
 TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& format) {
   std::filesystem::path base(file);
@@ -20,18 +30,25 @@ TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& form
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
                                   const std::string& format) {
   TrajectoryFiles files = trajectoryFiles(file, format);
-  const std::filesystem::path folder = std::filesystem::path(files.online).parent_path();
-  std::error_code error;
-  if (!folder.empty()) std::filesystem::create_directories(folder, error);
-  if (error) throw std::runtime_error(folder.string() + ": cannot make this folder: " + error.message());
-  const auto write = format == "kitti" ? writeKitti : writeTum;
-  write(files.online, toPoses3(map.onlineTrajectory()));
-  write(files.final, toPoses3(map.finalTrajectory()));
-  std::ofstream map_file(files.map);
-  writeMap(map_file, map.graph());
-  map_file.flush();
-  if (!map_file) throw std::runtime_error(files.map + ": cannot write this map");
+  makeFolderOf(files.online);
+  AtomicFile online(files.online);
+  AtomicFile final(files.final);
+  AtomicFile map_file(files.map);
+  const auto write = [&format](std::ostream& out, const std::vector<StampedPose3>& trajectory) {
+    format == "kitti" ? writeKitti(out, trajectory) : writeTum(out, trajectory);
+  };
+  write(online.stream(), toPoses3(map.onlineTrajectory()));
+  write(final.stream(), toPoses3(map.finalTrajectory()));
+  writeMap(map_file.stream(), map.graph());
+  for (AtomicFile* one : {&online, &final, &map_file}) one->close();  // all are whole before one appears
+  for (AtomicFile* one : {&online, &final, &map_file}) one->commit();
   return files;
+}
+
+void requireTrajectoriesWritable(const std::string& file, const std::string& format) {
+  const TrajectoryFiles files = trajectoryFiles(file, format);
+  makeFolderOf(files.online);
+  for (const std::string& path : {files.online, files.final, files.map}) requireWritable(path);
 }
 
 }  // namespace ratslam

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "ratslam/dataset/odometry_file.h"
+#include "ratslam/odometry/profile/profile_source.h"
 #include "ratslam/system/run_log.h"
 
 namespace ratslam {
@@ -71,7 +72,7 @@ std::string runPipeline(double odometry_period) {
     while (motion(sample, odometry_period).stamp <= frame * kTenth) {
       pipeline.addOdometry(motion(sample++, odometry_period));
     }
-    pipeline.addImage(frame * kTenth, view(frame));
+    pipeline.addImage({frame * kTenth, view(frame)});
   }
   for (int i = 0; i < 5; ++i) pipeline.addOdometry(motion(sample++, odometry_period));
   return describe(pipeline.map());
@@ -117,7 +118,7 @@ TEST(Pipeline, SecondLapIsRecalled) {
   std::size_t recalls = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
     pipeline.addOdometry(motion(frame, 0.1));
-    const auto progress = pipeline.addImage(frame * kTenth, view(frame));
+    const auto progress = pipeline.addImage({frame * kTenth, view(frame)});
     if (frame >= 120 && !progress.views[0].learned) ++recalls;
   }
   EXPECT_GT(recalls, 100U);
@@ -136,7 +137,7 @@ TEST(Pipeline, BadOdometryIsCountedAndLeavesNoTrace) {
     dirty.addOdometry(bad);
     for (Pipeline* pipeline : {&clean, &dirty}) {
       pipeline->addOdometry(motion(frame, 0.1));
-      pipeline->addImage(frame * kTenth, view(frame));
+      pipeline->addImage({frame * kTenth, view(frame)});
     }
   }
   EXPECT_EQ(dirty.droppedOdometry(), 60U);
@@ -148,7 +149,7 @@ TEST(Pipeline, ALoopedRecordingKeepsTheMapAndLinksNothingAcrossTheJump) {
   for (int lap = 0; lap < 2; ++lap) {
     for (int frame = 0; frame < 100; ++frame) {
       pipeline.addOdometry(motion(frame, 0.1));
-      pipeline.addImage(frame * kTenth, view(frame));
+      pipeline.addImage({frame * kTenth, view(frame)});
     }
   }
   for (const Link& link : pipeline.map().graph().links()) EXPECT_GE(link.duration_s, 0.0);
@@ -170,16 +171,17 @@ TEST(RunLog, ARunFromTheOdometryOfAnEarlierOneIsTheSame) {
   std::filesystem::remove_all(folder);
   PipelineParams with_height = params();
   with_height.experience_map.exp_height = true;  // the map then takes displacements from the poses
-  Pipeline first(with_height, profileOdometry(with_height));
+  Pipeline first(with_height,
+                 std::make_unique<ProfileSource>(with_height.odometry.of<ProfileOdometryParams>()));
   RunLog log(folder.string());
-  for (int frame = 0; frame < kFrames; ++frame) log.append(first.addImage(frame * kTenth, view(frame)));
+  for (int frame = 0; frame < kFrames; ++frame) log.append(first.addImage({frame * kTenth, view(frame)}));
   log.finish(first, with_height, {});
   const auto samples = readOdometryCsv((folder / "odometry.csv").string());
   ASSERT_EQ(samples.size(), static_cast<std::size_t>(kFrames));
   Pipeline second(with_height, {});
   for (int frame = 0; frame < kFrames; ++frame) {
     second.addOdometry(samples[static_cast<std::size_t>(frame)]);
-    second.addImage(frame * kTenth, view(frame));
+    second.addImage({frame * kTenth, view(frame)});
   }
   EXPECT_EQ(describe(second.map()), describe(first.map()));
   std::filesystem::remove_all(folder);
@@ -202,7 +204,7 @@ TEST(RunLog, LeavesTheStatedFiles) {
   RunLog log(folder.string());
   for (int frame = 0; frame < 50; ++frame) {
     log.append(pipeline.addOdometry(motion(frame, 0.1)));
-    log.append(pipeline.addImage(frame * kTenth, view(frame)));
+    log.append(pipeline.addImage({frame * kTenth, view(frame)}));
   }
   log.finish(pipeline, params(), {{"frames", 50.0}});
   const auto lines = [&folder](const std::string& name) {

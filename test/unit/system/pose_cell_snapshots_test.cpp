@@ -26,7 +26,7 @@ std::string fileOf(const SnapshotMoments& moments) {
     sample.speed = 5.0;
     snapshots.follow(pipeline.addOdometry(sample), pipeline.poseCells().cells());
     const cv::Mat image(10, 10, CV_8UC1, cv::Scalar(8 * frame));
-    snapshots.follow(pipeline.addImage(sample.stamp, image), pipeline.poseCells().cells());
+    snapshots.follow(pipeline.addImage({sample.stamp, image}), pipeline.poseCells().cells());
   }
   const auto path = std::filesystem::temp_directory_path() / "pose_cell_snapshots_test.csv";
   snapshots.write(path.string());

@@ -36,7 +36,7 @@ void drive(Visitor see) {
     sample.stamp = frame * Stamp{100000000};
     sample.speed = 10.0;
     pipeline.addOdometry(sample);
-    see(pipeline, pipeline.addImage(sample.stamp, image(frame)), image(frame));
+    see(pipeline, pipeline.addImage({sample.stamp, image(frame)}), image(frame));
   }
 }
 
@@ -52,18 +52,21 @@ class VideoFile : public ::testing::TestWithParam<const char*> {};
 TEST_P(VideoFile, HoldsThePictureOfEveryImage) {
   const fs::path path = fs::temp_directory_path() / ("run_video_test" + std::string(GetParam()));
   std::vector<cv::Mat> drawn;
+  std::unique_ptr<RunVideo> video;
   try {
-    RunVideo video(path.string(), 10.0);
-    RunPicture picture;
-    drive([&](const Pipeline& pipeline, const Pipeline::Progress& progress, const cv::Mat& seen) {
-      video.follow(progress);
-      picture.follow(progress);
-      video.add(pipeline, seen);
-      drawn.push_back(picture.draw(pipeline, seen));
-    });
+    video = std::make_unique<RunVideo>(path.string(), 10.0);
   } catch (const std::runtime_error& error) {
     GTEST_SKIP() << error.what();
   }
+  RunPicture picture;
+  drive([&](const Pipeline& pipeline, const Pipeline::Progress& progress, const cv::Mat& seen) {
+    video->follow(progress);
+    picture.follow(progress);
+    video->add(pipeline, seen);
+    drawn.push_back(picture.draw(pipeline, seen));
+  });
+  EXPECT_FALSE(fs::exists(path)) << "it appears when it is whole";
+  video->finish();
   const std::vector<cv::Mat> read = framesOf(path);
   fs::remove(path);
   ASSERT_EQ(read.size(), drawn.size());

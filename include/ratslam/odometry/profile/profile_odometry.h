@@ -68,8 +68,12 @@ class ProfileOdometry {
   /// @throws std::invalid_argument where a region lies outside the image or the image's size changes
   OdometrySample track(Stamp stamp, const cv::Mat& image);
 
-  /// Forgets the image before, e.g. when time has gone back; the pose stays.
-  void restart() { previous_.reset(); }
+  /// Motion up to the stamp of an image that shows nothing: straight on at the speed before. So is the motion
+  /// up to the first image that shows something again.
+  OdometrySample bridge(Stamp stamp);
+
+  /// Forgets the images before, e.g. when time has gone back; the pose stays.
+  void restart();
 
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing
@@ -93,8 +97,14 @@ class ProfileOdometry {
     }
   };
 
+  double secondsSince(Stamp before, Stamp now) const;
+  /// Moves the pose by the sample's twist and notes it there.
+  void finish(OdometrySample& sample, double dt);
+
   ProfileOdometryParams params_;
   std::optional<View> previous_;
+  std::optional<Stamp> bridged_to_;  ///< where the last image showed nothing
+  double speed_ = 0.0;               ///< of the last sample [m/s]
   Pose2 pose_;
 };
 

@@ -96,12 +96,16 @@ ProfileOdometry::ProfileOdometry(const ProfileOdometryParams& params) : params_(
 void ProfileOdometry::save(State& state) const {
   state.setVersion(kStateVersion);
   state.set("previous", previous_);
+  state.set("bridged_to", bridged_to_);
+  state.set("speed", speed_);
   state.set("pose", std::array<double, 3>{pose_.x, pose_.y, pose_.th});
 }
 
 void ProfileOdometry::load(const State& state) {
   state.requireVersion(kStateVersion);
   state.get("previous", previous_);
+  state.get("bridged_to", bridged_to_);
+  state.get("speed", speed_);
   const auto pose = state.get<std::array<double, 3>>("pose");
   pose_ = {pose[0], pose[1], pose[2]};
 }
@@ -129,21 +133,56 @@ OdometrySample ProfileOdometry::track(Stamp stamp, const cv::Mat& image) {
 
   OdometrySample sample;
   sample.stamp = stamp;
+  double dt = 0.0;
+  if (bridged_to_) {
+    sample = bridge(stamp);
+    bridged_to_.reset();
+    previous_ = std::move(view);
+    return sample;
+  }
   if (previous_) {
-    const double measured_dt = secondsBetween(previous_->stamp, stamp);
-    const double dt = measured_dt > 0.0 ? measured_dt : 1.0 / params_.camera_hz;
+    dt = secondsSince(previous_->stamp, stamp);
     const BestShift turn = compareProfiles(previous_->rotation, view.rotation, params_.subpixel);
     const BestShift change = compareProfiles(previous_->translation, view.translation, false);
     sample.yaw_rate = turn.shift * degreesToRadians(params_.fov_deg) / image.cols / dt;
     sample.speed = std::min(change.difference * params_.vtrans_scaling, params_.vtrans_max);
-    pose_.th = wrapAngle(pose_.th + sample.yaw_rate * dt);
-    pose_.x += sample.speed * dt * std::cos(pose_.th);
-    pose_.y += sample.speed * dt * std::sin(pose_.th);
   }
-  sample.pose =
-      Eigen::Translation3d(pose_.x, pose_.y, 0.0) * Eigen::AngleAxisd(pose_.th, Eigen::Vector3d::UnitZ());
+  finish(sample, dt);
   previous_ = std::move(view);
   return sample;
+}
+
+OdometrySample ProfileOdometry::bridge(Stamp stamp) {
+  OdometrySample sample;
+  sample.stamp = stamp;
+  sample.bridged = true;
+  const std::optional<Stamp> before =
+      bridged_to_ ? bridged_to_ : (previous_ ? std::optional<Stamp>(previous_->stamp) : std::nullopt);
+  if (before) sample.speed = speed_;
+  finish(sample, before ? secondsSince(*before, stamp) : 0.0);
+  previous_.reset();
+  bridged_to_ = stamp;
+  return sample;
+}
+
+void ProfileOdometry::restart() {
+  previous_.reset();
+  bridged_to_.reset();
+  speed_ = 0.0;
+}
+
+double ProfileOdometry::secondsSince(Stamp before, Stamp now) const {
+  const double measured = secondsBetween(before, now);
+  return measured > 0.0 ? measured : 1.0 / params_.camera_hz;
+}
+
+void ProfileOdometry::finish(OdometrySample& sample, double dt) {
+  pose_.th = wrapAngle(pose_.th + sample.yaw_rate * dt);
+  pose_.x += sample.speed * dt * std::cos(pose_.th);
+  pose_.y += sample.speed * dt * std::sin(pose_.th);
+  sample.pose =
+      Eigen::Translation3d(pose_.x, pose_.y, 0.0) * Eigen::AngleAxisd(pose_.th, Eigen::Vector3d::UnitZ());
+  speed_ = sample.speed;
 }
 
 }  // namespace ratslam

@@ -1,0 +1,12 @@
+/// Being asked to end: SIGINT, SIGTERM and SIGHUP mean the same, to finish what has been begun and to leave.
+#pragma once
+
+namespace ratslam {
+
+/// From now on those signals are taken down instead of ending the program.
+void catchStopSignals();
+
+/// Whether one of them has come.
+bool stopRequested();
+
+}  // namespace ratslam

@@ -1,0 +1,47 @@
+/// The life of a node from its main function: parameters, spinning, and an end that loses nothing.
+#pragma once
+
+#include <ros/ros.h>
+
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "ratslam_ros/support/node_parameters.h"
+
+namespace ratslam {
+
+/// Like ros::spin, but SIGINT (which roslaunch sends), SIGTERM and SIGHUP leave the connections open, so that
+/// the caller can publish and write what it has. Needs ros::init_options::NoSigintHandler.
+void spinUntilStopped();
+
+template <class Node, class = void>
+struct HasFinish : std::false_type {};
+template <class Node>
+struct HasFinish<Node, std::void_t<decltype(std::declval<Node&>().finish())>> : std::true_type {};
+
+/// Runs a node until it is asked to end; finish() is called whatever ended it, where the node has one.
+/// @return exit code of the program
+template <class Node>
+int runNode(int argc, char** argv, const std::string& name) {
+  ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
+  ros::NodeHandle handle;  // both outlive the catch, else its message is lost
+  ros::NodeHandle private_handle("~");
+  try {
+    Node node(handle, loadNodeParameters(argc, argv, private_handle));
+    std::string failure;
+    try {
+      spinUntilStopped();
+    } catch (const std::exception& e) {
+      failure = e.what();
+    }
+    if constexpr (HasFinish<Node>::value) node.finish();
+    if (failure.empty()) return 0;
+    ROS_FATAL("%s", failure.c_str());
+  } catch (const std::exception& e) {
+    ROS_FATAL("%s", e.what());
+  }
+  return 1;
+}
+
+}  // namespace ratslam

@@ -1,0 +1,35 @@
+#include "ratslam/odometry/orb/orb_source.h"
+
+namespace ratslam {
+namespace {
+
+/// The odometry looks at 8 bits; a sensor's upper ones are those that matter.
+cv::Mat eightBits(const cv::Mat& image) {
+  if (image.depth() != CV_16U) return image;
+  cv::Mat converted;
+  image.convertTo(converted, CV_8U, 255.0 / 65535.0);
+  return converted;
+}
+
+}  // namespace
+
+OrbSource::OrbSource(const CameraModel& camera, const OrbOdometryParams& params)
+    : camera_(camera), params_(params) {
+  odometry_.emplace(camera, params);
+}
+
+OdometrySample OrbSource::track(const ImageFrame& frame) {
+  if (frame.begins_anew) odometry_.emplace(camera_, params_);
+  result_ = odometry_->track(frame.stamp, eightBits(frame.image));
+  ++frames_;
+  if (result_->state == OrbState::kTracking) ++tracked_;
+  return result_->sample;
+}
+
+std::optional<std::string> OrbSource::failure() const {
+  if (frames_ == 0 || tracked_ > 0) return std::nullopt;
+  return "none of " + std::to_string(frames_) +
+         " images could be tracked by the ORB odometry: no motion is known";
+}
+
+}  // namespace ratslam

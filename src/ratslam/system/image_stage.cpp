@@ -1,0 +1,196 @@
+#include "ratslam/system/image_stage.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+
+#include "ratslam/system/image_texture.h"
+
+namespace ratslam {
+namespace {
+
+/// A recording may begin at zero; but after a zero that means "no stamp" time jumps to the year it is.
+constexpr double kLongestFirstStep = 10.0;  // [s]
+
+struct EventNames {
+  const char* counter;  ///< in summary.json and diagnostics
+  const char* words;    ///< in a sentence
+};
+
+constexpr std::array<EventNames, kImageEvents> kNames{{
+    {"corrupt_images", "unreadable"},
+    {"other_size_images", "of another size"},
+    {"unsuitable_images", "unsuitable"},
+    {"late_images", "late"},
+    {"repeated_stamp_images", "with a repeated stamp"},
+    {"unstamped_images", "without a stamp"},
+    {"new_beginnings", "with which time or size began anew"},
+    {"frozen_images", "frozen"},
+    {"blank_images", "without texture"},
+    {"changes_of_bit_depth", "with which the number of bits was found"},
+}};
+
+std::string text(const cv::Size& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+std::string secondsText(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.6g s", seconds);
+  return text;
+}
+
+bool equalPixels(const cv::Mat& a, const cv::Mat& b) {
+  if (a.type() != b.type() || a.size() != b.size()) return false;
+  const std::size_t row_bytes = static_cast<std::size_t>(a.cols) * a.elemSize();
+  for (int row = 0; row < a.rows; ++row) {
+    if (std::memcmp(a.ptr(row), b.ptr(row), row_bytes) != 0) return false;
+  }
+  return true;
+}
+
+/// Bits that the largest value needs, as sensors have them: 8, 10, 12, 14 or 16; 0 for a black image.
+int bitsOf(const cv::Mat& image) {
+  double largest = 0.0;
+  cv::minMaxLoc(image, nullptr, &largest);
+  if (largest == 0.0) return 0;
+  int bits = 8;
+  while (bits < 16 && largest >= static_cast<double>(1 << bits)) bits += 2;
+  return bits;
+}
+
+}  // namespace
+
+void ImageCounts::visit(const std::function<void(const std::string&, std::size_t)>& visit) const {
+  visit("frames", images);
+  visit("used_images", used);
+  for (std::size_t i = 0; i < kImageEvents; ++i) visit(kNames[i].counter, events[i]);
+}
+
+std::string ImageCounts::text() const {
+  std::string list;
+  for (std::size_t i = 0; i < kImageEvents; ++i) {
+    if (events[i] == 0) continue;
+    list += (list.empty() ? "" : ", ") + std::to_string(events[i]) + " " + kNames[i].words;
+  }
+  return std::to_string(used) + " of " + std::to_string(images) + " images used" +
+         (list.empty() ? "" : " (" + list + ")");
+}
+
+ImageStage::ImageStage(const ImageStageParams& params, Tell tell)
+    : params_(params), tell_(std::move(tell)), bits_(params.image_bits) {
+  params_.validate();
+}
+
+void ImageStage::tell(ImageEvent event, const std::string& text) {
+  ++counts_.events[static_cast<std::size_t>(event)];
+  if (tell_) tell_(event, text);
+}
+
+std::optional<ImageFrame> ImageStage::add(const DecodedImage& image) {
+  ++counts_.images;
+  if (image.image.empty()) {
+    tell(ImageEvent::kUnreadable, image.name + ": image skipped: " + image.error);
+    return std::nullopt;
+  }
+  if (!stampIsUsable(image) || !sizeIsUsable(image)) return std::nullopt;
+  ImageFrame frame;
+  frame.stamp = image.stamp;
+  frame.begins_anew = begins_anew_;
+  frame.image = withAllBits(image);
+  frame.quality = qualityOf(image, frame.image);
+  begins_anew_ = false;
+  last_ = frame.image;
+  last_stamp_ = image.stamp;
+  ++used_of_size_;
+  ++counts_.used;
+  return frame;
+}
+
+void ImageStage::refused(const std::string& name, const std::string& why) {
+  tell(ImageEvent::kUnsuitable, name + ": image skipped: " + why);
+}
+
+bool ImageStage::stampIsUsable(const DecodedImage& image) {
+  if (image.stamp < 0 || (image.stamp == 0 && last_stamp_ && *last_stamp_ != 0)) {
+    tell(ImageEvent::kNoStamp, image.name + ": image skipped: it has no stamp");
+    return false;
+  }
+  if (!last_stamp_ || image.stamp > *last_stamp_) {
+    if (last_stamp_ && *last_stamp_ == 0 && toSeconds(image.stamp) > kLongestFirstStep) {
+      tell(ImageEvent::kBeginsAnew, image.name + ": the image before had no stamp: a new beginning");
+      begins_anew_ = true;
+    }
+    return true;
+  }
+  if (image.stamp == *last_stamp_) {
+    tell(ImageEvent::kRepeatedStamp,
+         image.name + ": image skipped: it repeats the stamp of the image before" +
+             (image.stamp == 0 ? ", which is zero: whoever made the images has set no stamps" : ""));
+    return false;
+  }
+  const double back = secondsBetween(image.stamp, *last_stamp_);
+  if (back < params_.time_reset) {
+    tell(ImageEvent::kLate, image.name + ": image skipped: it is late, its stamp lies " + secondsText(back) +
+                                " before that of the image before");
+    return false;
+  }
+  // Only an image that is used moves the clock: sizeIsUsable may still leave this one out.
+  if (!sizeIsUsable(image)) return false;
+  tell(ImageEvent::kBeginsAnew,
+       image.name + ": time went back by " + secondsText(back) + ": a new beginning");
+  begins_anew_ = true;
+  return true;
+}
+
+bool ImageStage::sizeIsUsable(const DecodedImage& image) {
+  const cv::Size size = image.image.size();
+  if (size_.empty()) size_ = size;
+  if (size == size_) {
+    others_in_a_row_ = 0;
+    return true;
+  }
+  others_in_a_row_ = size == other_size_ ? others_in_a_row_ + 1 : 1;
+  other_size_ = size;
+  const std::string change = "its size changed from " + text(size_) + " to " + text(size);
+  if (others_in_a_row_ <= used_of_size_) {
+    tell(ImageEvent::kOtherSize, image.name + ": image skipped: " + change);
+    return false;
+  }
+  tell(ImageEvent::kBeginsAnew, image.name + ": " + change + " for good: a new beginning");
+  size_ = size;
+  used_of_size_ = others_in_a_row_ = 0;
+  begins_anew_ = true;
+  return true;
+}
+
+cv::Mat ImageStage::withAllBits(const DecodedImage& image) {
+  if (image.image.type() != CV_16UC1) return image.image;
+  const int needed = bitsOf(image.image);
+  if (needed > bits_) {
+    bits_ = needed;
+    if (bits_ < 16) {
+      tell(ImageEvent::kFewBits, image.name + ": 16-bit images use " + std::to_string(bits_) +
+                                     " bits: they are scaled up (image_bits=16 leaves them as they are)");
+    }
+  }
+  if (bits_ == 0 || bits_ >= 16) return image.image;
+  cv::Mat scaled;
+  image.image.convertTo(scaled, CV_16U, static_cast<double>(1 << (16 - bits_)));
+  return scaled;
+}
+
+ImageQuality ImageStage::qualityOf(const DecodedImage& image, const cv::Mat& pixels) {
+  if (!begins_anew_ && equalPixels(pixels, last_)) {
+    tell(ImageEvent::kFrozen,
+         image.name + ": exactly the pixels of the image before: nothing is learned, recalled or measured");
+    return ImageQuality::kFrozen;
+  }
+  if (!hasTexture(pixels)) {
+    tell(ImageEvent::kBlank, image.name + ": no texture: nothing is learned, recalled or measured");
+    return ImageQuality::kBlank;
+  }
+  return ImageQuality::kUsable;
+}
+
+}  // namespace ratslam

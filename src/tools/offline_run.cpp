@@ -1,0 +1,166 @@
+#include "offline_run.h"
+
+#include <unistd.h>
+
+#include <iostream>
+
+#include "ratslam/camera/calibration_file.h"
+#include "ratslam/common/progress_bar.h"
+#include "ratslam/common/stop_signal.h"
+#include "ratslam/dataset/odometry_file.h"
+#include "ratslam/odometry/profile/profile_odometry.h"
+#include "ratslam/odometry/registry.h"
+
+namespace ratslam {
+namespace {
+
+constexpr std::size_t kSnapshots = 6;  // of the pose cells, where no times are given
+
+void say(const std::string& text) { std::cerr << "ratslam_run: " << text << '\n'; }
+
+/// The calibration that counts: the one named on the command line, the configuration's, the recording's own.
+std::optional<CameraModel> chooseCamera(const RunOptions& options, const PipelineParams& params,
+                                        const Recording& recording) {
+  if (!options.calibration.empty()) return readCalibration(options.calibration);
+  return params.camera.model() ? params.camera.model() : cameraOf(recording);
+}
+
+std::unique_ptr<Recording> openWithOdometry(const RunOptions& options, const PipelineParams& params,
+                                            const OdometryKind& kind) {
+  RecordingOptions recording_options = options.recording;
+  recording_options.limits = params.images.limits();
+  recording_options.with_odometry = kind.origin == OdometryOrigin::kTopic;
+  std::unique_ptr<Recording> recording = openRecording(options.input, recording_options);
+  if (kind.origin != OdometryOrigin::kFile) return recording;
+  return std::make_unique<RecordingWithOdometry>(std::move(recording), readOdometryCsv(options.odometry));
+}
+
+std::unique_ptr<Pipeline> makePipeline(const RunOptions& options, const PipelineParams& params,
+                                       const OdometryKind& kind, const Recording& recording) {
+  // A calibration that nobody needs may be missing or malformed.
+  const bool needed = kind.needs_camera || params.recall_geometry.verifies();
+  const auto camera = needed ? chooseCamera(options, params, recording) : std::nullopt;
+  std::unique_ptr<OdometrySource> source;
+  if (kind.origin == OdometryOrigin::kImages) source = params.odometry.make(kind, camera);
+  return std::make_unique<Pipeline>(params, std::move(source), camera);
+}
+
+SnapshotMoments chooseMoments(const RunOptions& options, std::size_t frames) {
+  return options.pose_cells_at.empty() ? SnapshotMoments::evenly(kSnapshots, frames)
+                                       : SnapshotMoments::fromTimes(options.pose_cells_at);
+}
+
+}  // namespace
+
+OfflineRun::OfflineRun(const RunOptions& options)
+    : options_(options),
+      params_(PipelineParams::fromMap(readParameters(options))),
+      images_(params_.images,
+              [this](ImageEvent event, const std::string& text) {
+                bool& said = said_[static_cast<std::size_t>(event)];
+                if (!said) say(text);
+                said = true;
+              }),
+      snapshots_(SnapshotMoments{}) {
+  const OdometryRegistry odometries = standardOdometry();
+  const OdometryKind& kind = odometries.find(options.odometry);
+  recording_ = openWithOdometry(options, params_, kind);
+  pipeline_ = makePipeline(options, params_, kind, *recording_);
+  snapshots_ = PoseCellSnapshots(chooseMoments(options, totalFrames()));
+  log_ = std::make_unique<RunLog>(options.out);
+  if (!options.video.empty()) {
+    video_ =
+        std::make_unique<RunVideo>(options.video, params_.odometry.of<ProfileOdometryParams>().camera_hz);
+  }
+}
+
+std::size_t OfflineRun::totalFrames() const {
+  const std::size_t all = recording_->imageCount();
+  return options_.max_frames == 0 ? all : std::min(options_.max_frames, all);
+}
+
+bool OfflineRun::wanted() const {
+  return !stopRequested() && (options_.max_frames == 0 || images_.counts().images < options_.max_frames);
+}
+
+bool OfflineRun::run() {
+  std::string failure;
+  double decoding_seconds = 0.0;
+  {
+    ProgressBar bar(std::cerr, totalFrames(), "frames", isatty(STDERR_FILENO) != 0);
+    DecodeAhead items(*recording_, options_.decode_threads);
+    try {
+      while (wanted()) {
+        const auto item = items.next();
+        if (!item) break;
+        if (const auto* sample = std::get_if<OdometrySample>(&*item)) {
+          follow(pipeline_->addOdometry(*sample));
+        } else {
+          addImage(std::get<DecodedImage>(*item));
+          bar.update(images_.counts().images);
+        }
+      }
+    } catch (const std::exception& e) {
+      failure = e.what();
+    }
+    decoding_seconds = items.decodingSeconds();
+  }
+  if (!failure.empty()) say("ended in the middle: " + failure);
+  finish(decoding_seconds);
+  sayWhatWasLeft();
+  const bool empty = nothingCameOfIt();
+  return failure.empty() && !empty;
+}
+
+void OfflineRun::addImage(const DecodedImage& image) {
+  const std::optional<ImageFrame> frame = images_.add(image);
+  if (!frame) return;
+  const Pipeline::Progress progress = pipeline_->addImage(*frame);
+  for (const std::string& why : progress.refusals) images_.refused(image.name, why);
+  follow(progress);
+  if (video_ && !progress.views.empty()) video_->add(*pipeline_, frame->image);
+}
+
+void OfflineRun::follow(const Pipeline::Progress& progress) {
+  for (const OdometrySample& sample : progress.odometry) span_.addOdometry(sample.stamp);
+  for (const ViewEvent& view : progress.views) span_.addView(view.stamp);
+  log_->append(progress);
+  snapshots_.follow(progress, pipeline_->poseCells().cells());
+  if (video_) video_->follow(progress);
+}
+
+void OfflineRun::finish(double decoding_seconds) {
+  std::map<std::string, double> counts;
+  images_.counts().visit(
+      [&counts](const std::string& name, std::size_t number) { counts[name] = static_cast<double>(number); });
+  counts["images_outside_odometry"] = static_cast<double>(span_.viewsOutside());
+  log_->finish(*pipeline_, params_, counts, decoding_seconds, &snapshots_);
+  if (video_) video_->finish();
+}
+
+void OfflineRun::sayWhatWasLeft() const {
+  std::cout << images_.counts().text() << ", " << pipeline_->localView().size() << " templates, "
+            << pipeline_->map().graph().experiences().size() << " experiences, "
+            << pipeline_->map().graph().links().size() << " links -> " << options_.out << '\n';
+  if (stopRequested()) std::cout << "interrupted: the results hold what was mapped so far\n";
+  if (const auto complaint = span_.complaint()) say(*complaint);
+}
+
+bool OfflineRun::nothingCameOfIt() const {
+  if (images_.counts().used == 0) {
+    say(options_.input + ": none of its images could be used: " + images_.counts().text());
+    return true;
+  }
+  const OdometrySource* source = pipeline_->odometry();
+  if (const auto failure = source != nullptr ? source->failure() : std::nullopt) {
+    say(options_.input + ": " + *failure);
+    return true;
+  }
+  if (pipeline_->map().graph().experiences().empty()) {
+    say(options_.input + ": nothing was mapped: " + images_.counts().text());
+    return true;
+  }
+  return false;
+}
+
+}  // namespace ratslam

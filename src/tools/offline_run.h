@@ -1,0 +1,50 @@
+// One run of the whole system over a recording. Whatever ends it before the recording does, what was mapped
+// until then is finished and written.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "ratslam/system/image_stage.h"
+#include "ratslam/system/odometry_span.h"
+#include "ratslam/system/pose_cell_snapshots.h"
+#include "ratslam/system/run_log.h"
+#include "ratslam/view/run_video.h"
+#include "run_options.h"
+
+namespace ratslam {
+
+class OfflineRun {
+ public:
+  /// Finds out everything that can be found wrong before the first image, unwritable outputs among it.
+  /// @throws std::exception with one clear line
+  explicit OfflineRun(const RunOptions& options);
+
+  /// Runs until the recording ends, max_frames are over, a signal asks for the end or something fails; then
+  /// writes what there is. @return whether all went well; else one clear line has been said
+  bool run();
+
+ private:
+  void addImage(const DecodedImage& image);
+  void follow(const Pipeline::Progress& progress);
+  void finish(double decoding_seconds);
+  void sayWhatWasLeft() const;
+  bool nothingCameOfIt() const;
+  bool wanted() const;
+  std::size_t totalFrames() const;
+
+  RunOptions options_;
+  PipelineParams params_;
+  std::unique_ptr<Recording> recording_;
+  std::unique_ptr<Pipeline> pipeline_;
+  std::array<bool, kImageEvents> said_{};
+  ImageStage images_;
+  OdometrySpan span_;
+  std::unique_ptr<RunLog> log_;
+  PoseCellSnapshots snapshots_;
+  std::unique_ptr<RunVideo> video_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,187 @@
+"""How ratslam_run ends: whatever stops it, what was mapped is kept, and no file is ever cut off."""
+
+import os
+import resource
+import signal
+import subprocess
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+from ratslam_tools.errors import InputError
+from ratslam_tools.runs import runner
+
+FRAMES = 400
+OUTPUTS = {
+    "trajectory_online.tum",
+    "trajectory_final.tum",
+    "trajectory_odometry.tum",
+    "odometry.csv",
+    "map.yaml",
+    "templates.csv",
+    "actions.csv",
+    "pose_cells.csv",
+    "summary.json",
+}
+
+
+@pytest.fixture(scope="module")
+def program():
+    try:
+        return runner.find()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def make_sequence(folder, frames, size=(160, 60)):
+    """A KITTI sequence of a camera that turns before a wall of random texture."""
+    (folder / "image_0").mkdir(parents=True)
+    width, height = size
+    wall = cv2.GaussianBlur(
+        np.random.RandomState(1).randint(0, 256, (height, width + 6 * frames)).astype(np.uint8), (0, 0), 3
+    )
+    wall = cv2.normalize(wall, None, 0, 255, cv2.NORM_MINMAX)
+    for frame in range(frames):
+        begin = 6 * frame
+        cv2.imwrite(str(folder / "image_0" / f"{frame:06d}.png"), wall[:, begin : begin + width])
+    (folder / "times.txt").write_text("".join(f"{frame / 10:.6f}\n" for frame in range(frames)))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def sequence(tmp_path_factory):
+    return make_sequence(tmp_path_factory.mktemp("sequence") / "long", FRAMES, size=(640, 240))
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    return make_sequence(tmp_path_factory.mktemp("sequence") / "short", 30)
+
+
+def command(program, recording, out, *more):
+    sizes = ("template_x_size=20", "template_y_size=6", "vt_shift_match=2", "pc_cell_x_size=0.5")
+    return [program, recording, "--out", out, *(word for size in sizes for word in ("--set", size)), *more]
+
+
+def run(program, recording, out, *more, **options):
+    words = list(map(str, command(program, recording, out, *more)))
+    return subprocess.run(
+        words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False, **options
+    )
+
+
+def lines(path):
+    return path.read_text().splitlines()
+
+
+def stopped_in_the_middle(program, sequence, out, signal_number):
+    """Sends a signal once a part of the run is over. @return the process, ended, and what it said"""
+    process = subprocess.Popen(
+        list(map(str, command(program, sequence, out))),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        universal_newlines=True,
+    )
+    part = out / "templates.csv.part"
+    end = time.monotonic() + 60.0
+    # The stream's buffer reaches the file in pieces: any piece means that frames have gone by.
+    while time.monotonic() < end and process.poll() is None and not (part.exists() and part.stat().st_size > 0):
+        time.sleep(0.002)
+    if process.poll() is None:
+        process.send_signal(signal_number)
+    said = process.communicate(timeout=60)[0]
+    return process, said
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_leaves_what_was_mapped_so_far(program, sequence, tmp_path, name):
+    process, said = stopped_in_the_middle(program, sequence, tmp_path / "out", getattr(signal, name))
+    if "interrupted" not in said:
+        pytest.skip("the run was over before the signal came")
+    assert process.returncode == 0, said
+    assert set(os.listdir(tmp_path / "out")) == OUTPUTS
+    poses = len(lines(tmp_path / "out" / "trajectory_final.tum"))
+    assert 0 < poses < FRAMES
+    assert len(lines(tmp_path / "out" / "templates.csv")) == poses + 1
+
+
+def test_a_killed_run_leaves_the_files_of_the_run_before(program, sequence, short, tmp_path):
+    out = tmp_path / "out"
+    assert run(program, short, out).returncode == 0
+    before = {name: (out / name).read_bytes() for name in OUTPUTS}
+    process, _ = stopped_in_the_middle(program, sequence, out, signal.SIGKILL)
+    if process.returncode == 0:
+        pytest.skip("the run was over before the signal came")
+    assert {name: (out / name).read_bytes() for name in OUTPUTS} == before
+    assert run(program, short, out).returncode == 0, "what the killed run left is no hindrance"
+    assert set(os.listdir(out)) == OUTPUTS
+
+
+def test_a_full_disk_leaves_the_files_of_the_run_before(program, short, sequence, tmp_path):
+    out = tmp_path / "out"
+    assert run(program, short, out).returncode == 0
+    before = {name: (out / name).read_bytes() for name in OUTPUTS}
+
+    def little_space():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+
+    full = run(program, sequence, out, preexec_fn=little_space)
+    assert full.returncode == 1
+    assert "cannot write this file" in full.stdout
+    assert {name: (out / name).read_bytes() for name in OUTPUTS} == before
+    assert set(os.listdir(out)) == OUTPUTS
+
+
+def test_a_video_on_a_full_disk_is_no_success(program, short, tmp_path):
+    def little_space():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))
+
+    video = tmp_path / "run.mp4"
+    if "no codec" in run(program, short, tmp_path / "good", "--video", video).stdout:
+        pytest.skip("this OpenCV writes no .mp4")
+    assert video.exists()
+    whole = video.read_bytes()
+    full = run(program, short, tmp_path / "out", "--video", video, preexec_fn=little_space)
+    assert full.returncode == 1, full.stdout
+    assert "run.mp4: cannot write this video" in full.stdout
+    assert video.read_bytes() == whole
+    assert set(os.listdir(tmp_path / "out")) == OUTPUTS, "the run itself is not lost"
+
+
+def test_files_that_an_earlier_run_left_do_not_mix_with_the_new_ones(program, short, tmp_path):
+    out = tmp_path / "out"
+    assert run(program, short, out).returncode == 0
+    (out / "notes.txt").write_text("the user's own")
+    odometry = tmp_path / "odometry.csv"
+    odometry.write_text(
+        "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{i / 10:.6f},1.0,0.0\n" for i in range(30))
+    )
+    assert run(program, short, out, "--odometry", odometry).returncode == 0
+    assert set(os.listdir(out)) == OUTPUTS - {"trajectory_odometry.tum"} | {"notes.txt"}
+
+
+def test_what_cannot_be_written_is_said_before_the_first_image(program, sequence, tmp_path):
+    (tmp_path / "out" / "summary.json").mkdir(parents=True)
+    began = time.monotonic()
+    refused = run(program, sequence, tmp_path / "out")
+    assert refused.returncode == 1
+    assert "summary.json: cannot write this file" in refused.stdout
+    (tmp_path / "file").write_text("")
+    refused = run(program, sequence, tmp_path / "file")
+    assert refused.returncode == 1 and "cannot make this folder" in refused.stdout, refused.stdout
+    assert time.monotonic() - began < 30.0
+
+
+def test_images_outside_the_odometrys_time_are_said_with_the_offset(program, short, tmp_path):
+    odometry = tmp_path / "odometry.csv"
+    odometry.write_text(
+        "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{1000 + i / 10:.6f},1.0,0.0\n" for i in range(30))
+    )
+    lost = run(program, short, tmp_path / "out", "--odometry", odometry)
+    assert lost.returncode == 1
+    assert "30 of 30 images lie outside the odometry's time: it is 1000.0 s ahead" in lost.stdout
+    assert "nothing was mapped" in lost.stdout
