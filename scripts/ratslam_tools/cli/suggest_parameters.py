@@ -30,8 +30,8 @@ def suggest(runs, source: str, frames: int) -> list:
     first = runs(settings)
     cell = suggestion.cell_size(run_folder.read_columns(os.path.join(first.folder, "odometry.csv")))
     add(
-        f"Scale: a cell is crossed in about {suggestion.FRAMES_A_CELL:g} frames; places look the same within half of it.",
-        {"pc_cell_x_size": f"{cell:g}", "exp_recall_sigma": f"{0.5 * cell:g}"},
+        f"Scale: a cell is crossed in about {suggestion.FRAMES_A_CELL:g} frames; places look the same within about one.",
+        {"pc_cell_x_size": f"{cell:g}", "exp_recall_sigma": f"{cell:g}"},
     )
     value, ratio = suggestion.threshold(runs, settings)
     add(f"Threshold: {ratio:.2f} experiences a template (between 1 and 2 is wanted).", {"vt_match_threshold": value})

@@ -34,9 +34,9 @@ def sample_images(source: str, frames: int, count: int = 60) -> List[np.ndarray]
     for name in ("image_0", "images"):
         folder = os.path.join(source, name)
         if os.path.isdir(folder):
-            names = images.list_images(folder)[:frames]
-            chosen = names[:: max(1, len(names) // count)]
-            return [images.load_image(os.path.join(folder, name), colour=False) for name in chosen]
+            paths = images.list_images(folder)[:frames]
+            chosen = paths[:: max(1, len(paths) // count)]
+            return [images.load_image(path, colour=False) for path in chosen]
     raise InputError(f"{source}: neither a bag nor a folder with image_0/ or images/")
 
 
