@@ -130,6 +130,12 @@ void OfflineRun::follow(const Pipeline::Progress& progress) {
 }
 
 void OfflineRun::finish(double decoding_seconds) {
+  pipeline_->settle();
+  if (pipeline_->absurdCovariances() > 0) {
+    std::cerr << "ratslam_run: " << pipeline_->absurdCovariances()
+              << " covariances of the odometry cannot be used, the defaults apply: "
+              << pipeline_->firstAbsurdity() << '\n';
+  }
   std::map<std::string, double> counts;
   images_.counts().visit(
       [&counts](const std::string& name, std::size_t number) { counts[name] = static_cast<double>(number); });

@@ -233,13 +233,40 @@ class Streams(unittest.TestCase):
         odometry = self.publisher("odom", Odometry)
         views = self.publisher("LocalView/Template", ViewTemplate)
         for turn in range(2):
-            for index in range(5):
+            for index in range(15):
                 odometry.publish(harness.odometry_message(harness.frame_stamp(index)))
                 views.publish(self.view(index))
             # Two connections keep no common order: the second turn must not overtake the first.
-            self.assertTrue(states.has(5 * (turn + 1)), node.output())
+            self.assertTrue(states.has(15 * (turn + 1)), node.output())
         self.assertEqual(node.count(r"odom: time went back"), 1, node.output())
         self.assertEqual(node.count(r"Template: time went back"), 1, node.output())
+
+    def test_odometry_a_little_late_is_left_out(self):
+        node = self.start("ratslam_pc")
+        states = self.collector("PoseCell/State", PoseCellState)
+        odometry = self.publisher("odom", Odometry)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        for index in range(10):
+            odometry.publish(harness.odometry_message(harness.frame_stamp(index)))
+            if index == 5:
+                odometry.publish(harness.odometry_message(harness.frame_stamp(3)))
+            views.publish(self.view(index))
+        self.assertTrue(states.has(10), node.output())
+        self.assertEqual(node.count("older than the message before it"), 1, node.output())
+        self.assertEqual(node.count("time went back"), 0, node.output())
+
+    def test_covariances_that_cannot_be_are_named_once(self):
+        node = self.start("ratslam_pc")
+        states = self.collector("PoseCell/State", PoseCellState)
+        odometry = self.publisher("odom", Odometry)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        for index in range(5):
+            message = harness.odometry_message(harness.frame_stamp(index))
+            message.twist.covariance[0] = -1.0
+            odometry.publish(message)
+            views.publish(self.view(index))
+        self.assertTrue(states.has(5), node.output())
+        self.assertEqual(node.count(r"covariances that cannot be used .*\(0, 0\) = -1 is negative"), 1, node.output())
 
     def test_silent_odometry_does_not_stall_the_views(self):
         node = self.start("ratslam_pc", sync_timeout=0.5)

@@ -76,6 +76,22 @@ struct StatePlain<Eigen::Isometry3d> {
   static void read(const Scalar* numbers, Eigen::Isometry3d& value) { Matrix::read(numbers, value.matrix()); }
 };
 
+/// As (x, y, z, w).
+template <>
+struct StatePlain<Eigen::Quaterniond> {
+  using Scalar = double;
+  using Matrix = StatePlain<Eigen::Vector4d>;
+  static constexpr bool kIs = true;
+  static constexpr std::size_t kCount = Matrix::kCount;
+  static StateShape shape() { return Matrix::shape(); }
+  static void write(const Eigen::Quaterniond& value, Scalar* numbers) {
+    Matrix::write(value.coeffs(), numbers);
+  }
+  static void read(const Scalar* numbers, Eigen::Quaterniond& value) {
+    Matrix::read(numbers, value.coeffs());
+  }
+};
+
 template <class T, std::size_t Size>
 struct StatePlain<std::array<T, Size>, std::enable_if_t<StatePlain<T>::kIs>> {
   using Element = StatePlain<T>;

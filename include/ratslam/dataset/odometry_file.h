@@ -12,8 +12,15 @@ namespace ratslam {
 
 /// Odometry from a CSV file with the columns frame,stamp,linear_x,angular_z (names in the first line; more
 /// columns and any order of them are fine) and, where the odometry knows its pose, the 3x4 matrix [R|t] of
-/// it: r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z (all or none). @throws std::runtime_error naming file, line
-/// and reason
+/// it: r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z (all or none). What the odometry says of itself stands in
+/// further columns, empty where a sample does not say it:
+///
+///     cov_11 ... cov_66                              covariance of the twist, row by row
+///     unit_anchor,unit_walk,epoch,bridged            UnitOfLength, epoch, 1 where the motion was predicted
+///     correction_from,correction_to,correction_way,correction_r11 ... correction_z,
+///     correction_cov_11 ... correction_cov_66        the way as "STAMP r11 ... z;" for each of its poses
+///
+/// @throws std::runtime_error naming file, line and reason
 std::vector<OdometrySample> readOdometryCsv(const std::string& path);
 
 /// Writes what readOdometryCsv reads, such that reading it back gives the same bits; poses where all samples

@@ -51,11 +51,25 @@ class ExperienceMap {
   /// the recalled one is current already, or a number is not finite; the map is then as before.
   void apply(const TopologicalAction& action, const RecallGeometry* geometry = nullptr);
 
+  /// What a stretch of the way was after all, known at the newest stamp: takes the place of what integrate()
+  /// was told of it. Left out where the map has no pose at its ends.
+  /// @throws std::invalid_argument where a number is not finite; the map is then as before.
+  void correct(const OdometryCorrection& correction);
+
   /// Finishes the work on the map that updates have left over. The newest online pose stays what it was.
   void settle();
 
   /// Pose in the map: x, y, z [m], yaw [rad], log-scale of the odometry.
   MapPose robotPose() const;
+
+  /// Covariance of robotPose() (x, y, z, yaw), the first place of the map being exact: odometry and recalls as
+  /// they say, at the optimum last reached. None before the first place, and with exp_solver relaxation.
+  std::optional<Eigen::Matrix4d> robotCovariance() const;
+
+  bool withHeight() const { return params_.exp_height; }
+
+  /// The robot's attitude but for its yaw, as the odometry knows it.
+  const Eigen::Quaterniond& robotTilt() const { return tilt_; }
 
   const ExperienceGraph& graph() const { return graph_; }
 
@@ -99,6 +113,7 @@ class ExperienceMap {
   GoalPlanner planner_;
   MapPose origin_;  ///< where the odometry starts
   RobotPlace robot_;
+  Eigen::Quaterniond tilt_ = Eigen::Quaterniond::Identity();
   std::optional<std::uint32_t> current_;
   std::optional<Stamp> clock_;
   Stamp current_since_ = 0;

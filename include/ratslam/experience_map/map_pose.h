@@ -9,6 +9,7 @@
 
 #include "ratslam/common/angles.h"
 #include "ratslam/common/stamp.h"
+#include "ratslam/experience_map/motion_error.h"
 #include "ratslam/odometry/odometry.h"
 
 namespace ratslam {
@@ -35,11 +36,18 @@ struct MapPose {
 struct StampedPose {
   Stamp stamp = 0;
   MapPose pose;
+  /// Attitude but for the yaw, as the odometry knows it.
+  Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
+
+  Eigen::Quaterniond attitude() const {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ())) * tilt;
+  }
 
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("stamp", stamp);
     fields("pose", pose);
+    fields("tilt", tilt);
   }
 };
 
@@ -63,6 +71,7 @@ struct RelativePose {
 struct Motion {
   RelativePose pose;
   double length = 0.0;  ///< way driven, forwards or backwards, in the odometry's unit
+  MotionError error;
 
   /// The heading turns first, then the robot moves along it (MODEL's reference arithmetic).
   void add(const OdometryStep& step) {
@@ -72,13 +81,16 @@ struct Motion {
     pose.x += step.forward * c - step.left * s;
     pose.y += step.forward * s + step.left * c;
     pose.z += step.up;
-    length += std::sqrt(step.forward * step.forward + step.left * step.left + step.up * step.up);
+    const double way = std::sqrt(step.forward * step.forward + step.left * step.left + step.up * step.up);
+    length += way;
+    error.add(step, c, s, way);
   }
 
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("pose", pose);
     fields("length", length);
+    fields("error", error);
   }
 };
 

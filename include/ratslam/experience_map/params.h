@@ -2,8 +2,8 @@
 /// planner.
 ///
 /// Lengths are in the unit of the odometry, metres for a metric one. `exp_recall_sigma` is the length of "the
-/// same place"; the random walks are stated per square root of that length, so a small robot sets this one
-/// value.
+/// same place", by default learned; the random walks of an odometry that does not say how well it knows its
+/// motion are stated per square root of that length, so that a small robot needs no other values.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct ExperienceMapParams {
   std::string exp_solver = "graph";
   bool exp_scale = false;
   bool exp_height = false;
-  double exp_recall_sigma = 1.0;
+  double exp_recall_sigma = 0.0;
   double exp_recall_facing_sigma = 0.3;
   double exp_recall_kernel = 2.0;
   double exp_odometry_sigma = 0.03;
@@ -38,18 +38,23 @@ struct ExperienceMapParams {
           "graph: weighted links, solved to the optimum; relaxation: OpenRatSLAM's sweeps");
     visit("exp_scale", exp_scale, Bounds{}, "graph: experiences carry the scale of the odometry");
     visit("exp_height", exp_height, Bounds{}, "graph: experiences carry height");
-    visit("exp_recall_sigma", exp_recall_sigma, Bounds{1e-6, 1e6},
-          "graph: distance at which two places still look the same, one standard deviation [m]");
+    visit("exp_recall_sigma", exp_recall_sigma, Bounds{0.0, 1e6},
+          "graph: distance at which two places still look the same, one standard deviation [m]; 0: learned "
+          "from "
+          "the spacing of the experiences and from how far recalls agree");
     visit("exp_recall_facing_sigma", exp_recall_facing_sigma, Bounds{1e-4, 10.0},
           "graph: standard deviation of the heading of a recall without image geometry [rad]");
     visit("exp_recall_kernel", exp_recall_kernel, Bounds{0.1, 1e6},
           "graph: disagreement, in standard deviations, from which on a recall is doubted");
     visit("exp_odometry_sigma", exp_odometry_sigma, Bounds{1e-6, 10.0},
-          "graph: relative error of the odometry's distance over a stretch of one exp_recall_sigma");
+          "graph: relative error of the odometry's distance over a stretch of one exp_recall_sigma, where it "
+          "does not say itself");
     visit("exp_rotation_sigma", exp_rotation_sigma, Bounds{1e-7, 10.0},
-          "graph: error of the odometry's heading over a stretch of one exp_recall_sigma [rad]");
+          "graph: error of the odometry's heading over a stretch of one exp_recall_sigma, where it does not "
+          "say itself [rad]");
     visit("exp_scale_sigma", exp_scale_sigma, Bounds{1e-9, 10.0},
-          "graph: change of the odometry's log-scale over a stretch of one exp_recall_sigma");
+          "graph: change of the odometry's log-scale over a stretch of one exp_recall_sigma, where it does "
+          "not say itself");
     visit("exp_goal_radius", exp_goal_radius, Bounds{0.0, 1e9},
           "greatest distance of a goal from the nearest experience [m]");
     visit("exp_goal_timeout", exp_goal_timeout, Bounds{0.0, 1e9}, "time allowed for reaching a goal [s]");

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "ratslam/experience_map/map_pose.h"
@@ -16,24 +17,43 @@ class Trajectory {
   struct Sample {
     Stamp stamp = 0;
     std::uint32_t frame = 0;
-    RelativePose relative;  ///< of the robot, in the axes of the frame
+    RelativePose relative;                                     ///< of the robot, in the axes of the frame
+    Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();  ///< attitude but for the yaw
 
     template <class Fields>
     void stateFields(Fields&& fields) {
       fields("stamp", stamp);
       fields("frame", frame);
       fields("relative", relative);
+      fields("tilt", tilt);
     }
   };
 
   /// Appends a sample. One with the stamp of the newest takes its place: it is what was known at the end of
   /// that stamp.
-  void record(Stamp stamp, std::uint32_t frame, const RelativePose& relative, const MapPose& online);
+  void record(Stamp stamp, std::uint32_t frame, const RelativePose& relative, const MapPose& online,
+              const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity());
 
   /// Ties the samples that were given relative to `origin` to the first frame instead, placed at `first`.
   void rebase(const MapPose& origin, const MapPose& first);
 
   const std::vector<Sample>& samples() const { return samples_; }
+
+  /// The newest sample at or before a stamp, none before the first. Where stamps have gone back, of the newest
+  /// stretch of time.
+  std::optional<std::size_t> indexAt(Stamp stamp) const;
+
+  /// A frame within a stretch that is laid anew, in the axes of the robot where the stretch begins.
+  struct BentFrame {
+    std::size_t sample = 0;  ///< at which it was made
+    std::uint32_t frame = 0;
+    RelativePose pose;
+  };
+
+  /// Lays the path anew from a sample on. @param pose_of  pose(k) of sample k > first, in the axes of the robot
+  /// at sample `first`. @return the frames that were made since, in the order of the way
+  template <class PoseOf>
+  std::vector<BentFrame> bend(std::size_t first, PoseOf&& pose_of);
 
   /// The poses as they were known at their stamps.
   const std::vector<StampedPose>& online() const { return online_; }
@@ -44,7 +64,7 @@ class Trajectory {
     std::vector<StampedPose> poses;
     poses.reserve(samples_.size());
     for (const Sample& sample : samples_) {
-      poses.push_back({sample.stamp, compose(pose_of(sample.frame), sample.relative)});
+      poses.push_back({sample.stamp, compose(pose_of(sample.frame), sample.relative), sample.tilt});
     }
     return poses;
   }
@@ -60,5 +80,25 @@ class Trajectory {
   std::vector<Sample> samples_;
   std::vector<StampedPose> online_;
 };
+
+template <class PoseOf>
+std::vector<Trajectory::BentFrame> Trajectory::bend(std::size_t first, PoseOf&& pose_of) {
+  const auto asMapPose = [](const RelativePose& pose) {
+    return MapPose{pose.x, pose.y, pose.z, pose.yaw, 0.0};
+  };
+  std::vector<BentFrame> frames;
+  // The first frame lies where the robot at `first` was seen from it.
+  MapPose frame = asMapPose(between(asMapPose(samples_[first].relative), MapPose{}));
+  for (std::size_t k = first + 1; k < samples_.size(); ++k) {
+    Sample& sample = samples_[k];
+    const RelativePose pose = pose_of(k);
+    if (sample.frame != samples_[k - 1].frame) {
+      frame = asMapPose(pose);  // a frame is made where the robot is
+      frames.push_back({k, sample.frame, pose});
+    }
+    sample.relative = between(frame, asMapPose(pose));
+  }
+  return frames;
+}
 
 }  // namespace ratslam

@@ -58,7 +58,17 @@ struct OdometryCorrection {
     fields("to", to);
     fields("motion", motion);
     fields("covariance", covariance);
-    fields("way", way);
+    // Lists of plain values, which fit into the rows of a table.
+    std::vector<Stamp> stamps;
+    std::vector<Eigen::Isometry3d> motions;
+    for (const StampedMotion& moved : way) {
+      stamps.push_back(moved.stamp);
+      motions.push_back(moved.motion);
+    }
+    fields("way_stamps", stamps);
+    fields("way_motions", motions);
+    way.clear();
+    for (std::size_t i = 0; i < stamps.size(); ++i) way.push_back({stamps[i], motions[i]});
   }
 };
 
@@ -108,6 +118,9 @@ inline OdometrySample asTransmitted(OdometrySample sample) {
   return sample;
 }
 
+/// Covariance of a step (forward, left, up, rotation) in its axes [m^2, rad^2].
+using StepCovariance = Eigen::Matrix4d;
+
 /// Motion over one stretch of time, in the axes of the robot *at the end* of it (the heading turns first,
 /// then the robot moves along it: MODEL's reference arithmetic). A planar odometry has left = up = 0.
 struct OdometryStep {
@@ -116,9 +129,21 @@ struct OdometryStep {
   double forward = 0.0;   ///< [m], negative when reversing
   double left = 0.0;      ///< [m]
   double up = 0.0;        ///< [m]
+  /// None: the source does not say.
+  std::optional<StepCovariance> covariance;
+  std::optional<UnitOfLength> unit;
+  bool new_unit = false;  ///< the unit of length has nothing to do with the one before this step
+  bool bridged = false;   ///< predicted, not measured
+  /// Attitude at the end but for the yaw (odometry/uncertainty.h).
+  Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
 
   template <class Fields>
   void stateFields(Fields&& fields) {
+    fields("covariance", covariance);
+    fields("unit", unit);
+    fields("new_unit", new_unit);
+    fields("bridged", bridged);
+    fields("tilt", tilt);
     fields("dt", dt);
     fields("rotation", rotation);
     fields("forward", forward);

@@ -4,6 +4,14 @@
 /// clock. Images come at stamps of their own, often between two samples: the motion of the sample that covers
 /// an image's stamp is then divided there. What a caller gets is a function of stamps and values, never of
 /// arrival order.
+///
+/// Not everything is driven as it was said:
+///  - a silence longer than odometry_gap is a stretch nobody measured, unless the source says how well it
+///    knows its motion: the poses at its two ends say where it led, else nothing does, and it is as loose as
+///    the fastest motion seen so far could make it;
+///  - a pose that jumps far beyond what the twist says (a source that started anew at its origin) and a change
+///    of epoch are bridged by the twist, as loosely, and leave the unit of length behind;
+///  - a source whose twist is zero while its pose moves is followed by its pose.
 #pragma once
 
 #include <deque>
@@ -11,25 +19,43 @@
 #include <string>
 #include <vector>
 
+#include "ratslam/common/params.h"
 #include "ratslam/odometry/odometry.h"
 
 namespace ratslam {
+
+struct OdometryStreamParams {
+  double odometry_gap = 2.0;
+  double time_reset = 1.0;
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    visit("odometry_gap", odometry_gap, Bounds{1e-3, 1e6},
+          "silence of the odometry from which on nobody has measured the motion [s]");
+    visit("time_reset", time_reset, Bounds{1e-3, 1e6},
+          "stamps that step back by less are late and left out, by more a new beginning [s]");
+  }
+  /// @throws std::invalid_argument naming key, value and bound
+  void validate() const { checkBounds(*this); }
+};
 
 /// A step and the stamp at which it ends.
 struct TimedStep {
   Stamp end = 0;
   OdometryStep step;
+  std::optional<OdometryCorrection> correction;  ///< known from this stamp on
 };
 
 /// What became of a sample handed to OdometryTimeline::push.
-enum class SampleVerdict { kAccepted, kNotFinite, kRepeatedStamp, kTimeWentBack };
+enum class SampleVerdict { kAccepted, kNotFinite, kRepeatedStamp, kLate, kTimeWentBack };
 
 class OdometryTimeline {
  public:
   /// @param use_pose  take displacements from the samples' poses, where given, instead of from their twists
-  explicit OdometryTimeline(bool use_pose) : use_pose_(use_pose) {}
+  explicit OdometryTimeline(bool use_pose, const OdometryStreamParams& params = {})
+      : use_pose_(use_pose), params_(params) {}
 
-  /// Appends a sample. Only an accepted sample changes anything: values that are not finite, a stamp already
+  /// Appends a sample. A covariance that cannot be used counts as not said. Only an accepted sample changes anything: values that are not finite, a stamp already
   /// seen and a stamp before it are reported to the caller, who counts, warns or resets.
   SampleVerdict push(const OdometrySample& sample);
 
@@ -39,12 +65,17 @@ class OdometryTimeline {
   /// Steps from where the last call ended (at first: the first sample) to `stamp`, or as far towards it as
   /// the motion is known, oldest first; empty where that is no time.
   std::vector<TimedStep> advanceTo(Stamp stamp);
+  /// The same steps, which stay to be asked for again.
+  std::vector<TimedStep> lookAhead(Stamp stamp) const;
 
   /// Start of the known time, once the first sample has set the clock.
   std::optional<Stamp> clockStart() const { return start_; }
   /// Where the last call of advanceTo ended.
   Stamp cursor() const { return cursor_; }
   std::optional<Stamp> lastStamp() const { return last_ ? std::optional<Stamp>(last_->stamp) : std::nullopt; }
+
+  /// Stretches that nobody measured so far.
+  std::uint64_t unmeasured() const { return unmeasured_; }
 
   /// Forgets everything; the next sample sets the clock anew.
   void reset();
@@ -56,6 +87,9 @@ class OdometryTimeline {
     fields("cursor", cursor_);
     fields("last", last_);
     fields("pending", pending_);
+    fields("fastest", fastest_);
+    fields("fastest_turn", fastest_turn_);
+    fields("unmeasured", unmeasured_);
   }
 
  private:
@@ -64,6 +98,8 @@ class OdometryTimeline {
     Stamp end = 0;
     OdometryStep whole;
     bool from_pose = false;
+    Eigen::Quaterniond tilt_before = Eigen::Quaterniond::Identity();
+    std::optional<OdometryCorrection> correction;
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -71,16 +107,25 @@ class OdometryTimeline {
       fields("end", end);
       fields("whole", whole);
       fields("from_pose", from_pose);
+      fields("tilt_before", tilt_before);
+      fields("correction", correction);
     }
   };
 
-  Interval intervalTo(const OdometrySample& sample) const;
+  Interval intervalTo(const OdometrySample& sample);
+  bool contradicts(const OdometryStep& by_pose, const OdometryStep& by_twist, bool pose_only) const;
+  StepCovariance looseCovariance(double dt) const;
+  TimedStep stepOf(const Interval& interval, Stamp from, Stamp to) const;
 
   bool use_pose_;
+  OdometryStreamParams params_;
   std::optional<Stamp> start_;
   Stamp cursor_ = 0;
   std::optional<OdometrySample> last_;
   std::deque<Interval> pending_;
+  double fastest_ = 0.0;       ///< speed so far [m/s]
+  double fastest_turn_ = 0.0;  ///< yaw rate so far [rad/s]
+  std::uint64_t unmeasured_ = 0;
 };
 
 }  // namespace ratslam

@@ -1,8 +1,11 @@
 /// Lets stamped events pass once the odometry has reached their stamps.
 ///
 /// What passes, in which order and with which motion follows from stamps and values, not from arrival order.
-/// When time goes back in one stream (a looped bag) the events of the old time are forgotten, and those of
-/// the new time wait until the odometry has gone back as well: no motion is ever measured across the jump.
+///
+/// Time may go back by more than time_reset in both streams (a looped bag): that is a new beginning. Events of
+/// the new time wait until the odometry has gone back as well, and samples of the new time until the events
+/// have: no motion is ever measured across the jump, and a second source whose stamps lie further back (two
+/// publishers of one topic) is never taken for one.
 #pragma once
 
 #include <deque>
@@ -12,34 +15,58 @@
 
 namespace ratslam {
 
+/// What became of an event.
+enum class EventVerdict { kAccepted, kLate, kTimeWentBack };
+
 /// @tparam Event has a member `stamp`
 template <class Event>
 class EventGate {
  public:
-  explicit EventGate(bool use_pose) : odometry_(use_pose) {}
+  explicit EventGate(bool use_pose, const OdometryStreamParams& params = {})
+      : params_(params), odometry_(use_pose, params) {}
 
-  /// kTimeWentBack has already reset the stream: the sample that told so sets the clock anew.
+  /// kTimeWentBack: the sample opens a new time, which begins once the events have gone back, too.
   SampleVerdict addOdometry(const OdometrySample& sample) {
     const SampleVerdict verdict = odometry_.push(sample);
-    if (verdict == SampleVerdict::kTimeWentBack) {
-      odometry_.reset();
-      odometry_.push(sample);
-      if (!held_until_) events_.clear();
-      held_until_.reset();
+    if (verdict == SampleVerdict::kAccepted) earlier_.clear();  // of another source: this one goes on
+    if (verdict != SampleVerdict::kTimeWentBack) return verdict;
+    if (held_until_) {
+      startAnew({sample});
+      return verdict;
     }
-    return verdict;
+    if (!earlier_.empty() && sample.stamp <= earlier_.back().stamp) {
+      if (secondsBetween(sample.stamp, earlier_.back().stamp) < params_.time_reset)
+        return SampleVerdict::kLate;
+      earlier_.clear();
+    }
+    const bool first = earlier_.empty();
+    earlier_.push_back(sample);
+    if (earlier_.size() > kMostEarlier) earlier_.pop_front();
+    return first ? SampleVerdict::kTimeWentBack : SampleVerdict::kAccepted;
   }
 
-  /// @return false where the event's stamp lies before the one before it: the old events are forgotten
-  bool addEvent(const Event& event) {
-    const bool forward = !last_event_ || event.stamp >= *last_event_;
-    if (!forward) {
+  /// Whether an event of this stamp would open a new time.
+  bool opensNewTime(Stamp stamp) const {
+    return last_event_ && stamp < *last_event_ && secondsBetween(stamp, *last_event_) >= params_.time_reset;
+  }
+
+  /// kLate: the event is left out. kTimeWentBack: it opens a new time.
+  EventVerdict addEvent(const Event& event) {
+    if (last_event_ && event.stamp < *last_event_) {
+      if (!opensNewTime(event.stamp)) return EventVerdict::kLate;
       events_.clear();
-      if (odometry_.cursor() > event.stamp) held_until_ = odometry_.lastStamp();
+      last_event_ = event.stamp;
+      events_.push_back(event);
+      if (!earlier_.empty()) {
+        startAnew(std::move(earlier_));
+      } else if (odometry_.cursor() > event.stamp) {
+        held_until_ = odometry_.lastStamp();
+      }
+      return EventVerdict::kTimeWentBack;
     }
     last_event_ = event.stamp;
     events_.push_back(event);
-    return forward;
+    return EventVerdict::kAccepted;
   }
 
   /// The next event, where the odometry has reached it.
@@ -53,6 +80,7 @@ class EventGate {
   const Event* waiting() const { return events_.empty() ? nullptr : &events_.front(); }
   void pop() { events_.pop_front(); }
   std::size_t size() const { return events_.size(); }
+  std::optional<Stamp> lastEvent() const { return last_event_; }
 
   /// Motion since the last call up to `stamp`, as far as it is known; none while the events wait for the
   /// odometry to go back in time with them.
@@ -60,8 +88,8 @@ class EventGate {
     if (held_until_ && stamp <= *held_until_) return {};
     return odometry_.advanceTo(stamp);
   }
+  const OdometryTimeline& odometry() const { return odometry_; }
   std::optional<Stamp> clockStart() const { return odometry_.clockStart(); }
-
   /// What it knows, for common/state.h.
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -69,14 +97,33 @@ class EventGate {
     fields("events", events_);
     fields("last_event", last_event_);
     fields("held_until", held_until_);
+    fields("earlier", earlier_);
+    fields("beginnings", beginnings_);
   }
 
+  /// How many times the odometry's time has begun anew.
+  std::uint64_t beginnings() const { return beginnings_; }
+
  private:
+  static constexpr std::size_t kMostEarlier = 10000;
+
+  void startAnew(std::deque<OdometrySample> samples) {
+    odometry_.reset();
+    for (const OdometrySample& sample : samples) odometry_.push(sample);
+    earlier_.clear();
+    held_until_.reset();
+    ++beginnings_;
+  }
+
+  OdometryStreamParams params_;
   OdometryTimeline odometry_;
   std::deque<Event> events_;
   std::optional<Stamp> last_event_;
-  std::optional<Stamp>
-      held_until_;  ///< the odometry's last stamp when the events went back in time before it
+  /// The odometry's last stamp when the events went back in time before it.
+  std::optional<Stamp> held_until_;
+  /// Samples of a time further back, until the events go back, too.
+  std::deque<OdometrySample> earlier_;
+  std::uint64_t beginnings_ = 0;
 };
 
 }  // namespace ratslam

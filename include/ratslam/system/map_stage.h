@@ -19,12 +19,13 @@ class MapStage {
  public:
   /// @param wait_for_geometry  every decision is accompanied by a RecallGeometry (inliers 0: none was
   /// measured)
-  MapStage(const ExperienceMapParams& params, bool wait_for_geometry);
+  MapStage(const ExperienceMapParams& params, bool wait_for_geometry,
+           const OdometryStreamParams& stream = {});
 
-  /// kTimeWentBack has already reset the stream; the sample that told so sets the clock anew.
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
   /// One per view event, kind kNone included: it tells how far the pose cells have got.
-  /// @return false where the stamp lies before the one before it
+  /// None is ever left out: the pose cells have numbered their experiences by them. One that is a little late
+  /// counts as simultaneous with the one before. @return false where time has gone back
   bool addDecision(const TopologicalAction& action);
   void addGeometry(const RecallGeometry& geometry) { geometry_[geometry.stamp] = geometry; }
 
@@ -39,6 +40,9 @@ class MapStage {
   std::vector<Stamp> drainWithoutWaiting();
 
   std::size_t waitingDecisions() const { return gate_.size(); }
+  /// Where the robot is by all odometry that has come, ahead of the decisions.
+  StampedPose latestPose() const;
+  const OdometryTimeline& odometry() const { return gate_.odometry(); }
   const ExperienceMap& map() const { return map_; }
   ExperienceMap& map() { return map_; }
 
@@ -68,6 +72,7 @@ class MapStage {
   EventGate<TopologicalAction> gate_;
   std::map<Stamp, RecallGeometry> geometry_;
   bool started_ = false;
+  std::uint64_t beginnings_ = 0;  ///< of the odometry's time, as far as the map has followed
   /// Dead reckoning at each stamp, in the odometry's unit, for the ways that recall geometry compares with.
   struct Waypoint {
     Stamp stamp = 0;

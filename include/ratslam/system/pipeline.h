@@ -34,6 +34,7 @@ struct PipelineParams {
   CameraParams camera;
   RecallGeometryParams recall_geometry;
   ImageStageParams images;
+  OdometryStreamParams odometry_stream;
 
   /// @throws std::invalid_argument for a bad value, naming key, value, what would be right and the origin
   static PipelineParams fromMap(const ParameterMap& map);
@@ -49,6 +50,7 @@ struct PipelineParams {
     camera.visitFields(visit);
     recall_geometry.visitFields(visit);
     images.visitFields(visit);
+    odometry_stream.visitFields(visit);
   }
 };
 
@@ -79,8 +81,11 @@ class Pipeline {
 
   /// An image that does not suit one of the models is refused by that one alone, as by its node.
   Progress addImage(const ImageFrame& frame);
-  /// A sample that is not finite or repeats a stamp is left out and counted.
+  /// A sample that is not finite, repeats a stamp or comes late is left out and counted.
   Progress addOdometry(const OdometrySample& sample);
+
+  /// Brings the map to the optimum of all that is known. The newest online pose stays what it was.
+  void settle() { map_.map().settle(); }
 
   const LocalViewCells& localView() const { return local_view_.cells(); }
   /// The source of odometry; none where it comes from outside.
@@ -89,6 +94,13 @@ class Pipeline {
   const ExperienceMap& map() const { return map_.map(); }
   const ModuleTimes& times() const { return times_; }
   std::size_t droppedOdometry() const { return dropped_odometry_; }
+  /// Views whose stamp lay a little before the view before.
+  std::size_t lateViews() const { return late_views_; }
+  /// Samples whose covariance cannot be used, and what is wrong with the first of them.
+  std::size_t absurdCovariances() const { return absurd_covariances_; }
+  const std::string& firstAbsurdity() const { return first_absurdity_; }
+  /// Stretches of odometry that nobody measured.
+  std::size_t unmeasuredStretches() const { return pose_cells_.odometry().unmeasured(); }
 
  private:
   void track(const ImageFrame& frame, Progress& progress);
@@ -102,6 +114,9 @@ class Pipeline {
   MapStage map_;
   ModuleTimes times_;
   std::size_t dropped_odometry_ = 0;
+  std::size_t late_views_ = 0;
+  std::size_t absurd_covariances_ = 0;
+  std::string first_absurdity_;
 };
 
 }  // namespace ratslam

@@ -22,12 +22,11 @@ struct PoseCellDecision {
 
 class PoseCellStage {
  public:
-  explicit PoseCellStage(const PoseCellParams& params) : cells_(params), gate_(false) {}
+  explicit PoseCellStage(const PoseCellParams& params, const OdometryStreamParams& stream = {})
+      : cells_(params), gate_(false, stream) {}
 
-  /// kTimeWentBack has already reset the stream; the sample that told so sets the clock anew.
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
-  /// @return false where the view's stamp lies before the one before it
-  bool addView(const ViewEvent& view) { return gate_.addEvent(view); }
+  EventVerdict addView(const ViewEvent& view) { return gate_.addEvent(view); }
 
   /// Decisions that have become possible, oldest first.
   std::vector<PoseCellDecision> drain();
@@ -36,6 +35,13 @@ class PoseCellStage {
   std::vector<PoseCellDecision> drainWithoutOdometry();
 
   std::size_t waitingViews() const { return gate_.size(); }
+  /// How far the odometry lags behind the view that waits for it [s]; none where none waits.
+  std::optional<double> lag() const {
+    const auto newest = gate_.odometry().lastStamp();
+    if (gate_.waiting() == nullptr || !newest) return std::nullopt;
+    return secondsBetween(*newest, gate_.waiting()->stamp);
+  }
+  const OdometryTimeline& odometry() const { return gate_.odometry(); }
   const PoseCells& cells() const { return cells_; }
 
   /// Session of the view cells' numbers. When another one begins, what was tied to view cells that it does not

@@ -27,7 +27,7 @@
 
 namespace ratslam {
 
-/// Poses of the map as poses in space: level, at their height.
+/// Poses of the map as poses in space, with the attitude that the odometry knows.
 std::vector<StampedPose3> toPoses3(const std::vector<StampedPose>& trajectory);
 
 class RunLog {

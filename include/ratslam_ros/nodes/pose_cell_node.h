@@ -37,6 +37,7 @@ class PoseCellNode {
   SyncTimeout odometry_timeout_;
   CountedWarning went_on_without_;
   CountedWarning time_went_back_;
+  CountedWarning late_;
   CountedWarning died_out_;
   ros::Subscriber view_subscriber_;
   std::optional<StartGate> gate_;

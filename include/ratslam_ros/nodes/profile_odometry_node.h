@@ -18,14 +18,12 @@ class ProfileOdometryNode {
 
  private:
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);
-  TwistCovariance covariance(const OdometrySample& sample, int image_columns, double dt) const;
 
   NodeParams params_;
   ProfileOdometryParams odometry_params_;
   ProfileSource source_;
   OdometryPublisher publisher_;
   ImageSubscriber images_;
-  std::optional<Stamp> last_stamp_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
 };

@@ -12,6 +12,7 @@
 #include "ratslam/common/pose2.h"
 #include "ratslam/events.h"
 #include "ratslam/odometry/odometry.h"
+#include "ratslam_ros/OdometryQuality.h"
 #include "ratslam_ros/PoseCellState.h"
 #include "ratslam_ros/RecallGeometry.h"
 #include "ratslam_ros/TopologicalAction.h"
@@ -25,8 +26,14 @@ Stamp stampFromRos(const ros::Time& time);
 ros::Time stampToRos(Stamp stamp);
 
 /// Forward speed and yaw rate from the twist; the pose where the message has one (a quaternion of zeros is
-/// how publishers of mere twists leave it). Values are taken as they are, not finite ones included.
+/// how publishers of mere twists leave it); the twist's covariance, of which all zeros say nothing. Values are
+/// taken as they are, not finite ones included.
 OdometrySample odometryFromMessage(const nav_msgs::Odometry& message);
+
+/// What a sample says of itself beyond nav_msgs/Odometry.
+ratslam_ros::OdometryQuality qualityToMessage(const OdometrySample& sample);
+/// Fills that in. Values are taken as they are.
+void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sample);
 
 ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message);
 ratslam_ros::ViewTemplate viewToMessage(const ViewEvent& view);
@@ -43,6 +50,7 @@ RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message);
 ratslam_ros::RecallGeometry geometryToMessage(const RecallGeometry& geometry);
 
 geometry_msgs::Quaternion yawToMessage(double yaw_rad);
+geometry_msgs::Quaternion quaternionToMessage(const Eigen::Quaterniond& rotation);
 geometry_msgs::Pose poseToMessage(const Eigen::Isometry3d& pose);
 geometry_msgs::Transform transformToMessage(const Eigen::Isometry3d& transform);
 

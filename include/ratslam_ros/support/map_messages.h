@@ -5,6 +5,8 @@
 #include <nav_msgs/Path.h>
 #include <visualization_msgs/Marker.h>
 
+#include <Eigen/Core>
+#include <boost/array.hpp>
 #include <vector>
 
 #include "ratslam/experience_map/experience_graph.h"
@@ -13,6 +15,10 @@
 namespace ratslam {
 
 geometry_msgs::Pose poseToMessage(const MapPose& pose);
+
+/// Of a pose (x, y, z, yaw) as messages have it: (x, y, z, roll, pitch, yaw). Roll and pitch are those of the
+/// odometry, which gravity or the start hold: a degree or so.
+boost::array<double, 36> covarianceToMessage(const Eigen::Matrix4d& covariance);
 
 /// All experiences and links; a link's transform is where it says its destination is, in the frame of its
 /// source, brought from the odometry's unit to the map's by the source's scale.

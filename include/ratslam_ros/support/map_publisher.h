@@ -20,6 +20,15 @@ class MapPublisher {
   /// Robot pose, scale and map -> odom for each decision that the map has processed, oldest first.
   void publishPoses(const ExperienceMap& map, const std::vector<Stamp>& processed, OdometryFrame& odometry);
 
+  /// The robot's pose at the newest decision and how well it is known.
+  void publishCovariance(const ExperienceMap& map, Stamp stamp);
+
+  /// map -> odom at the stamps of the odometry between decisions, where the odometry's unit is not the map's: a
+  /// transform that stayed would be wrong by the scale. Each is published when the next sample has come, since
+  /// a decision of the same stamp knows better.
+  /// @param latest  where the robot is by all odometry so far
+  void followOdometry(const StampedPose& latest, OdometryFrame& odometry);
+
   /// Map, marker and picture where the map has changed since they were published and map_period is over.
   void publishMapIfDue(const ExperienceMap& map);
   /// Map and marker where the map has changed since they were published.
@@ -29,17 +38,20 @@ class MapPublisher {
 
  private:
   std_msgs::Header header() const;
+  void publishTransform(const StampedPose& robot, OdometryFrame& odometry);
 
   NodeParams params_;
   ros::Publisher map_;
   ros::Publisher marker_;
   ros::Publisher robot_pose_;
+  ros::Publisher robot_pose_with_covariance_;
   ros::Publisher path_;
   ros::Publisher scale_;
   LazyPicture picture_;
   tf2_ros::TransformBroadcaster broadcaster_;
   Stamp newest_ = 0;
   std::optional<Stamp> newest_transform_;
+  std::optional<StampedPose> ahead_;  ///< of the decisions
   std::optional<std::uint64_t> published_revision_;
   ros::WallTime published_at_;
 };

@@ -1,4 +1,8 @@
-/// Publishes an odometry of ours: nav_msgs/Odometry and, on request, odom -> base_link (REP-105).
+/// Publishes an odometry of ours: nav_msgs/Odometry, what it says of itself beyond that on odom_quality, and,
+/// on request, odom -> base_link (REP-105).
+///
+/// odom_quality is advertised before odom, and the quality of a sample published before the sample: whoever
+/// sees a sample knows whether to wait for its quality.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -6,6 +10,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "ratslam/odometry/odometry.h"
 #include "ratslam_ros/support/node_params.h"
@@ -20,14 +25,15 @@ class OdometryPublisher {
   OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params);
 
   /// @param sample  stamped with the image it was made of; must have a pose
-  /// @param twist   all of the motion; speed and yaw rate are taken from the sample
+  /// @param twist   all of the motion; speed, yaw rate and covariance are taken from the sample
   /// The pose's covariance is what the twist's variances have added up to.
-  void publish(const OdometrySample& sample, const Twist& twist, const TwistCovariance& covariance);
+  void publish(const OdometrySample& sample, const Twist& twist);
 
-  const ros::Publisher& publisher() const { return publisher_; }
+  std::vector<ros::Publisher> publishers() const { return {quality_publisher_, publisher_}; }
 
  private:
   NodeParams params_;
+  ros::Publisher quality_publisher_;
   ros::Publisher publisher_;
   tf2_ros::TransformBroadcaster broadcaster_;
   std::optional<Stamp> last_stamp_;

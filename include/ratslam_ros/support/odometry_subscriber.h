@@ -1,13 +1,22 @@
 /// Odometry from a topic into a stage of the pipeline: nothing is dropped by a queue, and what the stage
 /// refuses is counted and reported.
+///
+/// What a sample says of itself beyond nav_msgs/Odometry comes on a topic beside it (odom -> odom_quality).
+/// Where somebody advertises that topic when the first sample comes, every sample waits for its quality, told
+/// by the stamp; a quality of a later stamp, or a silence of sync_timeout, says that it was lost on the way.
 #pragma once
 
+#include <nav_msgs/Odometry.h>
 #include <ros/node_handle.h>
 
+#include <deque>
 #include <functional>
+#include <map>
+#include <optional>
 #include <string>
 
 #include "ratslam/odometry/odometry_timeline.h"
+#include "ratslam_ros/OdometryQuality.h"
 #include "ratslam_ros/support/counted_warning.h"
 #include "ratslam_ros/support/stream_watch.h"
 
@@ -18,18 +27,36 @@ class OdometrySubscriber {
   /// Hands a sample to the stage and says what became of it.
   using Handler = std::function<SampleVerdict(const OdometrySample&)>;
 
-  OdometrySubscriber(const ros::NodeHandle& handle, const std::string& topic, Handler handler);
+  /// @param sync_timeout  wall time after which samples go on without their quality [s]
+  OdometrySubscriber(const ros::NodeHandle& handle, const std::string& topic, double sync_timeout,
+                     Handler handler);
 
   void start();
-  StreamWatch& watch() { return watch_; }
+  /// To be called every now and then: warns of what never came, and gives up waiting.
+  void watchStreams();
+  const std::string& topic() const { return watch_.topic(); }
 
  private:
+  void onQuality(const ratslam_ros::OdometryQuality& message);
+  void onSample(const nav_msgs::Odometry& message);
+  /// Hands on the samples whose quality is known; all of them where `wait` is false.
+  void drain(bool wait);
+  void handOn(const OdometrySample& sample);
+
   ros::NodeHandle handle_;
   Handler handler_;
   StreamWatch watch_;
+  std::optional<bool> with_quality_;  ///< once the first sample has come
+  std::deque<OdometrySample> samples_;
+  std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;
+  SyncTimeout silence_;
+  CountedWarning without_quality_;
   CountedWarning not_finite_;
   CountedWarning repeated_;
+  CountedWarning late_;
+  CountedWarning absurd_;
   CountedWarning time_went_back_;
+  ros::Subscriber quality_subscriber_;
   ros::Subscriber subscriber_;
 };
 

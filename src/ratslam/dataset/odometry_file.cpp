@@ -1,9 +1,10 @@
 #include "ratslam/dataset/odometry_file.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <fstream>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 
 #include "ratslam/common/atomic_file.h"
@@ -13,8 +14,23 @@
 namespace ratslam {
 namespace {
 
-constexpr std::array<const char*, 12> kPoseColumns{"r11", "r12", "r13", "x",   "r21", "r22",
-                                                   "r23", "y",   "r31", "r32", "r33", "z"};
+const std::vector<std::string> kPoseColumns{"r11", "r12", "r13", "x",   "r21", "r22",
+                                            "r23", "y",   "r31", "r32", "r33", "z"};
+const std::vector<std::string> kQualityColumns{"unit_anchor", "unit_walk", "epoch", "bridged"};
+
+std::vector<std::string> prefixed(const std::string& prefix, const std::vector<std::string>& names) {
+  std::vector<std::string> result;
+  for (const std::string& name : names) result.push_back(prefix + name);
+  return result;
+}
+
+/// prefix11 ... prefix66, row by row.
+std::vector<std::string> covarianceColumns(const std::string& prefix) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 36; ++i)
+    names.push_back(prefix + std::to_string(i / 6 + 1) + std::to_string(i % 6 + 1));
+  return names;
+}
 
 /// A line of a CSV file, looked into by the names of its first line.
 class Columns {
@@ -25,35 +41,48 @@ class Columns {
   bool has(const std::string& name) const {
     return std::find(names_.begin(), names_.end(), name) != names_.end();
   }
+  /// Where columns lie: none where the first of them is missing. @throws where only some are there
+  std::vector<std::size_t> find(const std::vector<std::string>& names) const {
+    std::vector<std::size_t> found;
+    if (!has(names.front())) return found;
+    for (const std::string& name : names) {
+      const auto column = std::find(names_.begin(), names_.end(), name);
+      if (column == names_.end()) throw std::runtime_error(path_ + ":1: has no column named " + name);
+      found.push_back(static_cast<std::size_t>(column - names_.begin()));
+    }
+    return found;
+  }
   void setLine(int number, const std::string& line) {
     number_ = number;
     words_ = splitCsv(line);
   }
   bool empty() const { return words_.empty(); }
 
-  double number(const std::string& name) const {
+  /// Whether this line has anything in a column.
+  bool said(std::size_t column) const { return !word(column).empty(); }
+  double number(std::size_t column) const {
     double value = 0.0;
-    if (!parseNumber(word(name), value)) complain(name);
+    if (!parseNumber(word(column), value)) complain(column);
     return value;
   }
-  Stamp stamp() const {
-    const std::optional<Stamp> stamp = parseStamp(word("stamp"));
-    if (!stamp) complain("stamp");
+  std::uint32_t count(std::size_t column) const {
+    const double value = number(column);
+    if (value < 0.0 || value > 4294967295.0 || value != std::floor(value)) complain(column);
+    return static_cast<std::uint32_t>(value);
+  }
+  Stamp stamp(std::size_t column) const {
+    const std::optional<Stamp> stamp = parseStamp(word(column));
+    if (!stamp) complain(column);
     return *stamp;
   }
+  std::string word(std::size_t column) const { return column < words_.size() ? words_[column] : ""; }
   [[noreturn]] void fail(const std::string& reason) const {
     throw std::runtime_error(path_ + ":" + std::to_string(number_) + ": " + reason);
   }
 
  private:
-  std::string word(const std::string& name) const {
-    const auto index =
-        static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
-    if (index == names_.size()) throw std::runtime_error(path_ + ":1: has no column named " + name);
-    return index < words_.size() ? words_[index] : "";
-  }
-  [[noreturn]] void complain(const std::string& name) const {
-    fail("column " + name + " is missing or not a finite number");
+  [[noreturn]] void complain(std::size_t column) const {
+    fail("column " + names_[column] + " is missing or not a finite number");
   }
 
   std::string path_;
@@ -62,12 +91,143 @@ class Columns {
   int number_ = 1;
 };
 
-Eigen::Isometry3d readPose(const Columns& columns) {
+Eigen::Isometry3d readPose(const Columns& columns, const std::vector<std::size_t>& at) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  for (std::size_t i = 0; i < kPoseColumns.size(); ++i) {
-    pose.matrix()(static_cast<int>(i) / 4, static_cast<int>(i) % 4) = columns.number(kPoseColumns[i]);
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    pose.matrix()(static_cast<int>(i) / 4, static_cast<int>(i) % 4) = columns.number(at[i]);
   }
   return pose;
+}
+
+TwistCovariance readCovariance(const Columns& columns, const std::vector<std::size_t>& at) {
+  TwistCovariance covariance;
+  for (std::size_t i = 0; i < at.size(); ++i)
+    covariance(static_cast<int>(i) / 6, static_cast<int>(i) % 6) = columns.number(at[i]);
+  return covariance;
+}
+
+/// Stamps and poses of 12 numbers each, with blanks between the numbers and a semicolon after each pose.
+std::vector<StampedMotion> readWay(const Columns& columns, std::size_t column) {
+  std::vector<StampedMotion> way;
+  std::istringstream poses(columns.word(column));
+  for (std::string text; std::getline(poses, text, ';');) {
+    std::istringstream words(text);
+    std::string stamp;
+    words >> stamp;
+    StampedMotion moved;
+    const std::optional<Stamp> parsed = parseStamp(stamp);
+    for (int i = 0; i < 12; ++i) words >> moved.motion.matrix()(i / 4, i % 4);
+    if (!parsed || !words || !moved.motion.matrix().allFinite()) {
+      columns.fail("correction_way: each pose is a stamp and the 12 numbers of [R|t]");
+    }
+    moved.stamp = *parsed;
+    way.push_back(moved);
+  }
+  return way;
+}
+
+/// Where the parts of a sample lie in a file.
+struct SampleColumns {
+  explicit SampleColumns(const Columns& columns)
+      : required(columns.find({"stamp", "linear_x", "angular_z"})),
+        pose(columns.find(kPoseColumns)),
+        covariance(columns.find(covarianceColumns("cov_"))),
+        quality(columns.find(kQualityColumns)),
+        correction(columns.find({"correction_from", "correction_to", "correction_way"})),
+        correction_motion(columns.find(prefixed("correction_", kPoseColumns))),
+        correction_covariance(columns.find(covarianceColumns("correction_cov_"))) {}
+
+  OdometrySample read(const Columns& columns) const {
+    OdometrySample sample;
+    sample.stamp = columns.stamp(required[0]);
+    sample.speed = columns.number(required[1]);
+    sample.yaw_rate = columns.number(required[2]);
+    if (!pose.empty()) sample.pose = readPose(columns, pose);
+    if (!covariance.empty() && columns.said(covariance[0])) {
+      sample.covariance = readCovariance(columns, covariance);
+    }
+    if (!quality.empty()) readQuality(columns, sample);
+    if (!correction.empty() && columns.said(correction[0])) {
+      OdometryCorrection known;
+      known.from = columns.stamp(correction[0]);
+      known.to = columns.stamp(correction[1]);
+      known.motion = readPose(columns, correction_motion);
+      known.covariance = readCovariance(columns, correction_covariance);
+      known.way = readWay(columns, correction[2]);
+      sample.correction = known;
+    }
+    return sample;
+  }
+
+  void readQuality(const Columns& columns, OdometrySample& sample) const {
+    if (columns.said(quality[1])) {
+      sample.unit.emplace();
+      if (columns.said(quality[0])) sample.unit->anchor_sigma = columns.number(quality[0]);
+      sample.unit->walk_sigma = columns.number(quality[1]);
+    }
+    if (columns.said(quality[2])) sample.epoch = columns.count(quality[2]);
+    if (columns.said(quality[3])) sample.bridged = columns.count(quality[3]) != 0;
+  }
+
+  std::vector<std::size_t> required;
+  std::vector<std::size_t> pose;
+  std::vector<std::size_t> covariance;
+  std::vector<std::size_t> quality;
+  std::vector<std::size_t> correction;
+  std::vector<std::size_t> correction_motion;
+  std::vector<std::size_t> correction_covariance;
+};
+
+/// Which parts a file of samples has to have.
+struct SampleParts {
+  explicit SampleParts(const std::vector<OdometrySample>& samples) {
+    for (const OdometrySample& sample : samples) {
+      pose = pose && sample.pose;
+      covariance = covariance || sample.covariance;
+      quality = quality || sample.unit || sample.epoch != 0 || sample.bridged;
+      correction = correction || sample.correction;
+    }
+  }
+  bool pose = true;
+  bool covariance = false;
+  bool quality = false;
+  bool correction = false;
+};
+
+void writeNames(std::ostream& out, const std::vector<std::string>& names) {
+  for (const std::string& name : names) out << ',' << name;
+}
+
+/// The first rows of a matrix, or so many empty columns where it is null.
+template <class Matrix>
+void writeRows(std::ostream& out, const Matrix* matrix, int rows) {
+  for (int i = 0; i < rows * Matrix::ColsAtCompileTime; ++i) {
+    out << ',';
+    if (matrix != nullptr) out << (*matrix)(i / Matrix::ColsAtCompileTime, i % Matrix::ColsAtCompileTime);
+  }
+}
+
+void writeQuality(std::ostream& out, const OdometrySample& sample) {
+  out << ',';
+  if (sample.unit && sample.unit->anchor_sigma) out << *sample.unit->anchor_sigma;
+  out << ',';
+  if (sample.unit) out << sample.unit->walk_sigma;
+  out << ',' << sample.epoch << ',' << (sample.bridged ? 1 : 0);
+}
+
+void writeCorrection(std::ostream& out, const std::optional<OdometryCorrection>& correction) {
+  if (correction) {
+    out << ',' << formatStamp(correction->from) << ',' << formatStamp(correction->to) << ',';
+    for (const StampedMotion& moved : correction->way) {
+      out << formatStamp(moved.stamp);
+      for (int i = 0; i < 12; ++i) out << ' ' << moved.motion.matrix()(i / 4, i % 4);
+      out << ';';
+    }
+  } else {
+    out << ",,,";
+  }
+  writeRows(out, correction ? &correction->motion.matrix() : nullptr, 3);
+  writeRows(out, correction ? &correction->covariance : nullptr, 6);
 }
 
 }  // namespace
@@ -81,16 +241,12 @@ std::vector<OdometrySample> readOdometryCsv(const std::string& path) {
   for (const char* name : {"stamp", "linear_x", "angular_z"}) {
     if (!columns.has(name)) columns.fail(std::string("has no column named ") + name);
   }
-  const bool with_pose = columns.has(kPoseColumns.front());
+  const SampleColumns parts(columns);
   std::vector<OdometrySample> samples;
   for (int number = 2; std::getline(file, line); ++number) {
     columns.setLine(number, line);
     if (columns.empty()) continue;
-    OdometrySample sample;
-    sample.stamp = columns.stamp();
-    sample.speed = columns.number("linear_x");
-    sample.yaw_rate = columns.number("angular_z");
-    if (with_pose) sample.pose = readPose(columns);
+    const OdometrySample sample = parts.read(columns);
     if (!samples.empty() && sample.stamp <= samples.back().stamp) {
       columns.fail("stamps must rise from line to line");
     }
@@ -106,18 +262,25 @@ void writeOdometryCsv(const std::string& path, const std::vector<OdometrySample>
 }
 
 void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& samples) {
-  const bool with_pose = std::all_of(samples.begin(), samples.end(),
-                                     [](const OdometrySample& sample) { return sample.pose.has_value(); });
+  const SampleParts parts(samples);
   const auto precision = file.precision(std::numeric_limits<double>::max_digits10);
   file << "frame,stamp,linear_x,angular_z";
-  for (const char* name : kPoseColumns) {
-    if (with_pose) file << ',' << name;
+  if (parts.pose) writeNames(file, kPoseColumns);
+  if (parts.covariance) writeNames(file, covarianceColumns("cov_"));
+  if (parts.quality) writeNames(file, kQualityColumns);
+  if (parts.correction) {
+    writeNames(file, {"correction_from", "correction_to", "correction_way"});
+    writeNames(file, prefixed("correction_", kPoseColumns));
+    writeNames(file, covarianceColumns("correction_cov_"));
   }
   file << '\n';
   for (std::size_t frame = 0; frame < samples.size(); ++frame) {
     const OdometrySample& sample = samples[frame];
     file << frame << ',' << formatStamp(sample.stamp) << ',' << sample.speed << ',' << sample.yaw_rate;
-    for (int i = 0; with_pose && i < 12; ++i) file << ',' << sample.pose->matrix()(i / 4, i % 4);
+    if (parts.pose) writeRows(file, &sample.pose->matrix(), 3);
+    if (parts.covariance) writeRows(file, sample.covariance ? &*sample.covariance : nullptr, 6);
+    if (parts.quality) writeQuality(file, sample);
+    if (parts.correction) writeCorrection(file, sample.correction);
     file << '\n';
   }
   file.precision(precision);

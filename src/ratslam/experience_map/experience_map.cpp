@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <string>
 
 #include "ratslam/common/state.h"
 #include "ratslam/experience_map/solver/pose_graph_map.h"
 #include "ratslam/experience_map/solver/relaxation.h"
+#include "ratslam/odometry/uncertainty.h"
 
 namespace ratslam {
 namespace {
@@ -27,6 +29,57 @@ bool finite(const RecallGeometry& g) {
          std::isfinite(g.sigma_rotation) && g.sigma_rotation > 0.0 && std::isfinite(g.sigma_direction) &&
          g.sigma_direction > 0.0;
 }
+
+/// A motion of base_link in the level axes of the map, given base_link's tilt where it begins.
+RelativePose levelled(const Eigen::Isometry3d& motion, const Eigen::Quaterniond& tilt, bool with_height) {
+  const Eigen::Isometry3d level = Eigen::Isometry3d(tilt) * motion;
+  const Eigen::Vector3d& moved = level.translation();
+  return {moved.x(), moved.y(), with_height ? moved.z() : 0.0,
+          std::atan2(level.linear()(1, 0), level.linear()(0, 0))};
+}
+
+/// Where the robot was after all at the samples of a corrected stretch, in its axes where the stretch begins:
+/// as the source says, else the course it was thought to have, with the error growing evenly in time. What has
+/// been driven since hangs on its end.
+class CourseOfWay {
+ public:
+  template <class PoseOf>
+  CourseOfWay(const OdometryCorrection& correction, const Eigen::Quaterniond& tilt, bool with_height,
+              const Trajectory& trajectory, std::size_t first, std::size_t last, PoseOf&& pose_of)
+      : first_(first) {
+    const auto& samples = trajectory.samples();
+    std::map<Stamp, RelativePose> said;
+    for (const StampedMotion& moved : correction.way)
+      said[moved.stamp] = levelled(moved.motion, tilt, with_height);
+    const RelativePose end = levelled(correction.motion, tilt, with_height);
+    const MapPose begin = pose_of(samples[first]);
+    const RelativePose thought_end = between(begin, pose_of(samples[last]));
+    for (std::size_t k = first; k < samples.size(); ++k) {
+      const auto known = said.find(samples[k].stamp);
+      RelativePose pose = between(begin, pose_of(samples[k]));
+      if (k > last) {  // what has been driven since, as it was
+        const MapPose carried = compose(asPose(end), between(asPose(thought_end), asPose(pose)));
+        poses_.push_back({carried.x, carried.y, carried.z, carried.yaw});
+        continue;
+      }
+      const double share =
+          secondsBetween(correction.from, samples[k].stamp) / secondsBetween(correction.from, correction.to);
+      pose.x += share * (end.x - thought_end.x);
+      pose.y += share * (end.y - thought_end.y);
+      pose.z += share * (end.z - thought_end.z);
+      pose.yaw = wrapAngle(pose.yaw + share * wrapAngle(end.yaw - thought_end.yaw));
+      poses_.push_back(k == last ? end : known != said.end() ? known->second : pose);
+    }
+  }
+
+  const RelativePose& at(std::size_t sample) const { return poses_[sample - first_]; }
+
+ private:
+  static MapPose asPose(const RelativePose& pose) { return {pose.x, pose.y, pose.z, pose.yaw, 0.0}; }
+
+  std::size_t first_;
+  std::vector<RelativePose> poses_;
+};
 
 }  // namespace
 
@@ -56,10 +109,45 @@ void ExperienceMap::integrate(Stamp end, const OdometryStep& step) {
   }
   OdometryStep carried = step;
   if (!params_.exp_height) carried.up = 0.0;
+  // What was predicted is a link of its own, so that it can be mended apart from what was measured.
+  if (step.bridged) {
+    robot_ = solver_->anchor(graph_, robot_);
+    record();
+  }
   robot_.motion.add(carried);
+  tilt_ = step.tilt;
   clock_ = end;
   solver_->resume(graph_);
   if (current_) planner_.update(graph_, *current_, *clock_);
+  record();
+}
+
+void ExperienceMap::correct(const OdometryCorrection& correction) {
+  if (!correction.motion.matrix().allFinite() || !correction.covariance.allFinite()) {
+    throw std::invalid_argument("correction of the odometry up to stamp " + std::to_string(correction.to) +
+                                " ns is not finite");
+  }
+  const std::optional<std::size_t> first = trajectory_.indexAt(correction.from);
+  const std::optional<std::size_t> last = trajectory_.indexAt(correction.to);
+  if (!solver_->corrects() || robot_.lost || !first || !last || *last <= *first ||
+      trajectory_.samples()[*first].stamp != correction.from) {
+    return;
+  }
+  const Trajectory::Sample before = trajectory_.samples()[*first];
+  const CourseOfWay course(
+      correction, before.tilt, params_.exp_height, trajectory_, *first, *last,
+      [this](const Trajectory::Sample& s) { return compose(framePose(s.frame), s.relative); });
+  CorrectedWay way;
+  way.from = before.frame;
+  way.before = before.relative;
+  for (const auto& bent : trajectory_.bend(*first, [&course](std::size_t k) { return course.at(k); })) {
+    way.frames.emplace_back(bent.frame, bent.pose);
+    if (bent.sample <= *last) ++way.within;
+  }
+  way.covariance = stepCovariance(correction.covariance, before.tilt, 1.0);
+  robot_.motion.pose = trajectory_.samples().back().relative;
+  solver_->correct(graph_, way);
+  solver_->update(graph_, robot_);
   record();
 }
 
@@ -86,6 +174,10 @@ void ExperienceMap::settle() { solver_->settle(graph_); }
 
 MapPose ExperienceMap::robotPose() const { return compose(framePose(robot_.frame), robot_.motion.pose); }
 
+std::optional<Eigen::Matrix4d> ExperienceMap::robotCovariance() const {
+  return current_ ? solver_->covariance(robot_) : std::nullopt;
+}
+
 std::vector<StampedPose> ExperienceMap::finalTrajectory() const {
   return trajectory_.path([this](std::uint32_t frame) { return framePose(frame); });
 }
@@ -111,6 +203,7 @@ void ExperienceMap::save(State& state) const {
   state.set("trajectory", trajectory_);
   state.set("planner", planner_);
   state.set("robot", robot_);
+  state.set("tilt", tilt_);
   state.set("current", current_);
   state.set("clock", clock_);
   state.set("current_since", current_since_);
@@ -122,6 +215,7 @@ void ExperienceMap::load(const State& state) {
   state.get("trajectory", trajectory_);
   state.get("planner", planner_);
   state.get("robot", robot_);
+  state.get("tilt", tilt_);
   state.get("current", current_);
   state.get("clock", clock_);
   state.get("current_since", current_since_);
@@ -197,6 +291,8 @@ MapPose ExperienceMap::framePose(std::uint32_t frame) const {
   return current_ ? solver_->framePose(graph_, frame) : origin_;
 }
 
-void ExperienceMap::record() { trajectory_.record(*clock_, robot_.frame, robot_.motion.pose, robotPose()); }
+void ExperienceMap::record() {
+  trajectory_.record(*clock_, robot_.frame, robot_.motion.pose, robotPose(), tilt_);
+}
 
 }  // namespace ratslam

@@ -17,11 +17,19 @@ constexpr std::uint32_t kMostExperiences = 100'000'000;
 
 }  // namespace
 
-MapStage::MapStage(const ExperienceMapParams& params, bool wait_for_geometry)
-    : map_(params), wait_for_geometry_(wait_for_geometry), gate_(params.exp_height) {}
+MapStage::MapStage(const ExperienceMapParams& params, bool wait_for_geometry,
+                   const OdometryStreamParams& stream)
+    : map_(params), wait_for_geometry_(wait_for_geometry), gate_(params.exp_height, stream) {}
 
 bool MapStage::addDecision(const TopologicalAction& action) {
-  const bool forward = gate_.addEvent(action);
+  if (gate_.opensNewTime(action.stamp)) drainWithoutWaiting();
+  EventVerdict verdict = gate_.addEvent(action);
+  if (verdict == EventVerdict::kLate) {
+    TopologicalAction now = action;
+    now.stamp = *gate_.lastEvent();
+    verdict = gate_.addEvent(now);
+  }
+  const bool forward = verdict == EventVerdict::kAccepted;
   if (!forward) started_ = false;  // the map's clock is set anew: no motion, no time across the jump
   return forward;
 }
@@ -60,6 +68,7 @@ void MapStage::save(State& state) const {
   state.set("session", session_);
   state.set("experience_of", experience_of_);
   state.set("recreated", recreated_);
+  state.set("beginnings", beginnings_);
   state.set("way", way_);
   state.set("way_yaw", way_yaw_);
 }
@@ -76,19 +85,22 @@ void MapStage::load(const State& state) {
   state.get("session", session_);
   state.get("experience_of", experience_of_);
   state.get("recreated", recreated_);
+  state.get("beginnings", beginnings_);
   state.get("way", way_);
   state.get("way_yaw", way_yaw_);
 }
 
 void MapStage::process(const TopologicalAction& action) {
-  if (!started_) {
+  if (!started_ || beginnings_ != gate_.beginnings()) {
     const Stamp start = gate_.clockStart().value_or(action.stamp);
     map_.start(start);
     way_.assign(1, Waypoint{start, way_.empty() ? Eigen::Vector3d(0, 0, 0) : way_.back().place});
     started_ = true;
+    beginnings_ = gate_.beginnings();
   }
   for (const TimedStep& timed : gate_.motionUntil(action.stamp)) {
     map_.integrate(timed.end, timed.step);
+    if (timed.correction) map_.correct(*timed.correction);
     if (wait_for_geometry_) {
       way_yaw_ = wrapAngle(way_yaw_ + timed.step.rotation);
       const Eigen::Vector3d moved(timed.step.forward, timed.step.left, timed.step.up);
@@ -131,6 +143,21 @@ TopologicalAction MapStage::inNumbersOfTheMap(TopologicalAction action) {
   }
   action.dest_id = next;
   return action;
+}
+
+StampedPose MapStage::latestPose() const {
+  StampedPose latest{gate_.odometry().cursor(), map_.robotPose(), map_.robotTilt()};
+  const std::optional<Stamp> newest = gate_.odometry().lastStamp();
+  if (!newest) return latest;
+  Motion motion;
+  for (const TimedStep& timed : gate_.odometry().lookAhead(*newest)) {
+    motion.add(timed.step);
+    latest.stamp = timed.end;
+    latest.tilt = timed.step.tilt;
+  }
+  if (!map_.withHeight()) motion.pose.z = 0.0;
+  latest.pose = compose(latest.pose, motion.pose);
+  return latest;
 }
 
 std::optional<RecallGeometry> MapStage::takeGeometry(Stamp stamp) {

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "ratslam/odometry/uncertainty.h"
+
 namespace ratslam {
 namespace {
 
@@ -31,6 +33,7 @@ PipelineParams PipelineParams::fromMap(const ParameterMap& map) {
   map.read(params.camera);
   map.read(params.recall_geometry);
   map.read(params.images);
+  map.read(params.odometry_stream);
   return params;
 }
 
@@ -46,8 +49,8 @@ Pipeline::Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource>
                    const std::optional<CameraModel>& camera)
     : odometry_(std::move(odometry)),
       local_view_(params.local_view, params.recall_geometry),
-      pose_cells_(params.pose_cells),
-      map_(params.experience_map, params.recall_geometry.verifies()) {
+      pose_cells_(params.pose_cells, params.odometry_stream),
+      map_(params.experience_map, params.recall_geometry.verifies(), params.odometry_stream) {
   if (!local_view_.needsCamera()) return;
   if (!camera) throwBadValue("vt_verify", params.recall_geometry.verify, "it needs the camera's calibration");
   local_view_.setCamera(*camera);
@@ -82,7 +85,7 @@ void Pipeline::observe(const ImageFrame& frame, Progress& progress) {
     progress.refusals.emplace_back(e.what());
     return;
   }
-  pose_cells_.addView(progress.views.back());
+  if (pose_cells_.addView(progress.views.back()) == EventVerdict::kLate) ++late_views_;
 }
 
 Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
@@ -95,8 +98,13 @@ Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
 bool Pipeline::feedOdometry(const OdometrySample& sample) {
   const SampleVerdict verdict = pose_cells_.addOdometry(sample);
   map_.addOdometry(sample);
-  const bool dropped = verdict == SampleVerdict::kNotFinite || verdict == SampleVerdict::kRepeatedStamp;
+  const bool dropped = verdict == SampleVerdict::kNotFinite || verdict == SampleVerdict::kRepeatedStamp ||
+                       verdict == SampleVerdict::kLate;
   if (dropped) ++dropped_odometry_;
+  if (!dropped && sample.covariance) {
+    const std::string absurdity = whyAbsurd(*sample.covariance);
+    if (!absurdity.empty() && ++absurd_covariances_ == 1) first_absurdity_ = absurdity;
+  }
   return !dropped;
 }
 

@@ -121,8 +121,7 @@ std::vector<StampedPose3> toPoses3(const std::vector<StampedPose>& trajectory) {
   for (const StampedPose& stamped : trajectory) {
     const MapPose& p = stamped.pose;
     poses.push_back(
-        {stamped.stamp, Eigen::Translation3d(p.x, p.y, p.z) *
-                            Eigen::Isometry3d(Eigen::AngleAxisd(p.yaw, Eigen::Vector3d::UnitZ()))});
+        {stamped.stamp, Eigen::Translation3d(p.x, p.y, p.z) * Eigen::Isometry3d(stamped.attitude())});
   }
   return poses;
 }
@@ -173,6 +172,12 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   count_fields("experiences", static_cast<double>(pipeline.map().graph().experiences().size()));
   count_fields("links", static_cast<double>(pipeline.map().graph().links().size()));
   count_fields("dropped_odometry", static_cast<double>(pipeline.droppedOdometry()));
+  count_fields("absurd_covariances", static_cast<double>(pipeline.absurdCovariances()));
+  count_fields("unmeasured_stretches", static_cast<double>(pipeline.unmeasuredStretches()));
+  count_fields("late_views", static_cast<double>(pipeline.lateViews()));
+  count_fields("absurd_covariances", static_cast<double>(pipeline.absurdCovariances()));
+  count_fields("unmeasured_stretches", static_cast<double>(pipeline.unmeasuredStretches()));
+  count_fields("late_views", static_cast<double>(pipeline.lateViews()));
   summary << "\n  },\n  \"timing\": {";
   JsonFields time_fields(summary);
   const double ms_per_frame = frames_ == 0 ? 0.0 : 1e3 / static_cast<double>(frames_);

@@ -9,13 +9,19 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
       verifies_(readParams<RecallGeometryParams>(parameters).verifies()),
-      stage_(readParams<ExperienceMapParams>(parameters), verifies_),
+      stage_(readParams<ExperienceMapParams>(parameters), verifies_,
+             readParams<OdometryStreamParams>(parameters)),
       publisher_(handle_, params_, readParams<ExperienceMapParams>(parameters).exp_scale),
-      odometry_(handle, topicName(params_.topic_root, "odom"),
+      odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
-                  odometry_frame_.add(sample);
                   const SampleVerdict verdict = stage_.addOdometry(sample);
+                  if (verdict == SampleVerdict::kAccepted || verdict == SampleVerdict::kTimeWentBack) {
+                    odometry_frame_.add(sample);
+                  }
                   drain(true);
+                  if (stage_.map().currentExperience()) {
+                    publisher_.followOdometry(stage_.latestPose(), odometry_frame_);
+                  }
                   return verdict;
                 }),
       decisions_watch_(handle.resolveName(topicName(params_.topic_root, "PoseCell/TopologicalAction")),
@@ -91,11 +97,11 @@ void MapNode::drain(bool wait) {
 }
 
 void MapNode::watch() {
-  odometry_.watch().warnIfItNeverCame();
+  odometry_.watchStreams();
   decisions_watch_.warnIfItNeverCame();
   publisher_.publishMapIfDue(stage_.map());
   if (!silence_.expired(stage_.waitingDecisions() > 0)) return;
-  went_on_without_.report(odometry_.watch().topic() + (verifies_ ? " or LocalView/RecallGeometry" : "") +
+  went_on_without_.report(odometry_.topic() + (verifies_ ? " or LocalView/RecallGeometry" : "") +
                           " is silent: decisions are processed without it");
   drain(false);
 }
@@ -129,6 +135,7 @@ void MapNode::reportGoal() {
 bool MapNode::onWriteTrajectories(std_srvs::Trigger::Response& response) {
   try {
     if (params_.trajectory_file.empty()) throw std::runtime_error("the parameter trajectory_file is not set");
+    stage_.map().settle();
     const TrajectoryFiles files =
         writeTrajectories(stage_.map(), params_.trajectory_file, params_.trajectory_format);
     response.success = 1;
@@ -141,6 +148,7 @@ bool MapNode::onWriteTrajectories(std_srvs::Trigger::Response& response) {
 }
 
 void MapNode::finish() {
+  stage_.map().settle();
   publisher_.publishMap(stage_.map());
   if (params_.trajectory_file.empty()) return;
   const TrajectoryFiles files =

@@ -13,8 +13,7 @@ OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& par
           handle, parameters,
           [this](const CameraModel& camera) { source_.emplace(camera, odometry_params_); },
           [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }) {
-  gate_.emplace(handle, std::vector<ros::Publisher>{publisher_.publisher()}, params_.wait_for_subscribers,
-                [this] { images_.start(); });
+  gate_.emplace(handle, publisher_.publishers(), params_.wait_for_subscribers, [this] { images_.start(); });
   watch_timer_ = handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
     images_.warnIfSomethingNeverCame();
     display_.publishStatus(source_ ? &source_->odometry() : nullptr);
@@ -26,7 +25,7 @@ void OrbOdometryNode::onImage(const std_msgs::Header& header, const ImageFrame& 
   const OdometrySample sample = source_->track(frame);
   const OrbResult& result = *source_->result();
   if (result.restarted) restarted_.report("tracking was lost: a fresh map carries pose and scale on");
-  publisher_.publish(sample, result.twist, result.covariance);
+  publisher_.publish(sample, result.twist);
   display_.show(header, frame.image, source_->camera(), source_->odometry(), result,
                 (ros::WallTime::now() - begin).toSec());
 }

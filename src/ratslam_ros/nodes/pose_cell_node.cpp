@@ -8,13 +8,13 @@ namespace ratslam {
 PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters)
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
-      stage_(readParams<PoseCellParams>(parameters)),
+      stage_(readParams<PoseCellParams>(parameters), readParams<OdometryStreamParams>(parameters)),
       action_publisher_(handle.advertise<ratslam_ros::TopologicalAction>(
           topicName(params_.topic_root, "PoseCell/TopologicalAction"), 0)),
       state_publisher_(
           handle.advertise<ratslam_ros::PoseCellState>(topicName(params_.topic_root, "PoseCell/State"), 0)),
       picture_(handle, topicName(params_.topic_root, "PoseCell/Activity")),
-      odometry_(handle, topicName(params_.topic_root, "odom"),
+      odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
                   odometry_timeout_.messageArrived();
                   const SampleVerdict verdict = stage_.addOdometry(sample);
@@ -40,17 +40,27 @@ void PoseCellNode::start() {
 
 void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
   views_watch_.messageArrived();
-  if (!stage_.addView(viewFromMessage(message))) {
-    time_went_back_.report(views_watch_.topic() + ": time went back, the stream starts anew");
+  switch (stage_.addView(viewFromMessage(message))) {
+    case EventVerdict::kAccepted:
+      break;
+    case EventVerdict::kLate:
+      late_.report(views_watch_.topic() + ": view dropped, it is older than the one before it");
+      break;
+    case EventVerdict::kTimeWentBack:
+      time_went_back_.report(views_watch_.topic() + ": time went back, the stream starts anew");
+      break;
   }
   publish(stage_.drain());
 }
 
 void PoseCellNode::watch() {
-  odometry_.watch().warnIfItNeverCame();
+  odometry_.watchStreams();
   views_watch_.warnIfItNeverCame();
   if (!odometry_timeout_.expired(stage_.waitingViews() > 0)) return;
-  went_on_without_.report(odometry_.watch().topic() + " is silent: views are processed without odometry");
+  const std::optional<double> lag = stage_.lag();
+  const std::string offset =
+      lag ? "; its newest stamp lies " + std::to_string(*lag) + " s before the waiting image's" : "";
+  went_on_without_.report(odometry_.topic() + " is silent: views are processed without odometry" + offset);
   publish(stage_.drainWithoutOdometry());
 }
 

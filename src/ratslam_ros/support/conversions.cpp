@@ -1,5 +1,6 @@
 #include "ratslam_ros/support/conversions.h"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -8,6 +9,7 @@ namespace ratslam {
 namespace {
 
 constexpr Stamp kNanosecondsPerSecond = 1000000000;
+constexpr double kNotSaid = -1.0;  // of a standard deviation
 
 std_msgs::Header headerAt(Stamp stamp) {
   std_msgs::Header header;
@@ -21,6 +23,17 @@ ActionKind actionKind(std::uint32_t number) {
                              " is unknown: it must be 1 (create node), 2 (create edge) or 3 (set node)");
   }
   return static_cast<ActionKind>(number);
+}
+
+/// None for a quaternion of zeros: no pose.
+std::optional<Eigen::Isometry3d> poseFromMessage(const geometry_msgs::Pose& message) {
+  const Eigen::Quaterniond orientation(message.orientation.w, message.orientation.x, message.orientation.y,
+                                       message.orientation.z);
+  if (orientation.squaredNorm() == 0.0) return std::nullopt;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = orientation.normalized().toRotationMatrix();
+  pose.translation() = Eigen::Vector3d(message.position.x, message.position.y, message.position.z);
+  return pose;
 }
 
 /// Both messages that carry a decision name its fields alike.
@@ -52,15 +65,55 @@ OdometrySample odometryFromMessage(const nav_msgs::Odometry& message) {
   sample.stamp = stampFromRos(message.header.stamp);
   sample.speed = message.twist.twist.linear.x;
   sample.yaw_rate = message.twist.twist.angular.z;
-  const geometry_msgs::Quaternion& q = message.pose.pose.orientation;
-  const geometry_msgs::Point& p = message.pose.pose.position;
-  const Eigen::Quaterniond orientation(q.w, q.x, q.y, q.z);
-  if (orientation.squaredNorm() != 0.0) {
-    sample.pose = Eigen::Isometry3d::Identity();
-    sample.pose->linear() = orientation.normalized().toRotationMatrix();
-    sample.pose->translation() = Eigen::Vector3d(p.x, p.y, p.z);
-  }
+  sample.pose = poseFromMessage(message.pose.pose);
+  const TwistCovariance covariance = TwistCovariance::Map(message.twist.covariance.data());
+  if (!(covariance.array() == 0.0).all()) sample.covariance = covariance;
   return sample;
+}
+
+ratslam_ros::OdometryQuality qualityToMessage(const OdometrySample& sample) {
+  ratslam_ros::OdometryQuality message;
+  message.header = headerAt(sample.stamp);
+  message.epoch = sample.epoch;
+  message.bridged = sample.bridged ? 1 : 0;
+  message.unit_anchor_sigma = sample.unit ? sample.unit->anchor_sigma.value_or(kNotSaid) : kNotSaid;
+  message.unit_walk_sigma = sample.unit ? sample.unit->walk_sigma : kNotSaid;
+  message.has_correction = sample.correction ? 1 : 0;
+  message.correction_motion.orientation.w = 1.0;
+  if (sample.correction) {
+    message.correction_from = stampToRos(sample.correction->from);
+    message.correction_to = stampToRos(sample.correction->to);
+    message.correction_motion = poseToMessage(sample.correction->motion);
+    TwistCovariance::Map(message.correction_covariance.data()) = sample.correction->covariance;
+    for (const StampedMotion& moved : sample.correction->way) {
+      message.correction_way_stamps.push_back(stampToRos(moved.stamp));
+      message.correction_way.push_back(poseToMessage(moved.motion));
+    }
+  }
+  return message;
+}
+
+void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sample) {
+  sample.epoch = message.epoch;
+  sample.bridged = message.bridged != 0;
+  if (message.unit_walk_sigma >= 0.0) {
+    sample.unit.emplace();
+    sample.unit->walk_sigma = message.unit_walk_sigma;
+    if (message.unit_anchor_sigma >= 0.0) sample.unit->anchor_sigma = message.unit_anchor_sigma;
+  }
+  if (message.has_correction == 0) return;
+  OdometryCorrection correction;
+  correction.from = stampFromRos(message.correction_from);
+  correction.to = stampFromRos(message.correction_to);
+  correction.motion = poseFromMessage(message.correction_motion).value_or(Eigen::Isometry3d::Identity());
+  correction.covariance = TwistCovariance::Map(message.correction_covariance.data());
+  for (std::size_t i = 0; i < std::min(message.correction_way.size(), message.correction_way_stamps.size());
+       ++i) {
+    correction.way.push_back(
+        {stampFromRos(message.correction_way_stamps[i]),
+         poseFromMessage(message.correction_way[i]).value_or(Eigen::Isometry3d::Identity())});
+  }
+  sample.correction = correction;
 }
 
 ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message) {
@@ -148,16 +201,21 @@ geometry_msgs::Pose poseToMessage(const Eigen::Isometry3d& pose) {
   return message;
 }
 
+geometry_msgs::Quaternion quaternionToMessage(const Eigen::Quaterniond& rotation) {
+  geometry_msgs::Quaternion message;
+  message.x = rotation.x();
+  message.y = rotation.y();
+  message.z = rotation.z();
+  message.w = rotation.w();
+  return message;
+}
+
 geometry_msgs::Transform transformToMessage(const Eigen::Isometry3d& transform) {
-  const Eigen::Quaterniond rotation(transform.linear());
   geometry_msgs::Transform message;
   message.translation.x = transform.translation().x();
   message.translation.y = transform.translation().y();
   message.translation.z = transform.translation().z();
-  message.rotation.x = rotation.x();
-  message.rotation.y = rotation.y();
-  message.rotation.z = rotation.z();
-  message.rotation.w = rotation.w();
+  message.rotation = quaternionToMessage(Eigen::Quaterniond(transform.linear()));
   return message;
 }
 

@@ -33,6 +33,20 @@ geometry_msgs::Pose poseToMessage(const MapPose& pose) {
   return message;
 }
 
+boost::array<double, 36> covarianceToMessage(const Eigen::Matrix4d& covariance) {
+  constexpr double kTilt = 0.02;  // [rad]
+  const int parts[] = {0, 1, 2, 5};
+  boost::array<double, 36> message;
+  message.fill(0.0);
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      message[static_cast<std::size_t>(6 * parts[row] + parts[column])] = covariance(row, column);
+    }
+  }
+  message[6 * 3 + 3] = message[6 * 4 + 4] = kTilt * kTilt;
+  return message;
+}
+
 ratslam_ros::TopologicalMap mapToMessage(const ExperienceGraph& graph, const std_msgs::Header& header) {
   ratslam_ros::TopologicalMap message;
   message.header = header;

@@ -1,5 +1,6 @@
 #include "ratslam_ros/support/map_publisher.h"
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <std_msgs/Float64.h>
 
 #include <algorithm>
@@ -20,6 +21,8 @@ MapPublisher::MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bo
   marker_ = handle.advertise<visualization_msgs::Marker>(topic("ExperienceMap/MapMarker"), 1, latched);
   path_ = handle.advertise<nav_msgs::Path>(topic("ExperienceMap/PathToGoal"), 1, latched);
   robot_pose_ = handle.advertise<geometry_msgs::PoseStamped>(topic("ExperienceMap/RobotPose"), 0);
+  robot_pose_with_covariance_ = handle.advertise<geometry_msgs::PoseWithCovarianceStamped>(
+      topic("ExperienceMap/RobotPoseWithCovariance"), 0);
   if (with_scale) scale_ = handle.advertise<std_msgs::Float64>(topic("ExperienceMap/Scale"), 0);
 }
 
@@ -42,22 +45,47 @@ void MapPublisher::publishPoses(const ExperienceMap& map, const std::vector<Stam
     geometry_msgs::PoseStamped message;
     message.header = header();
     message.pose = poseToMessage(at_stamp->pose);
+    message.pose.orientation = quaternionToMessage(at_stamp->attitude());
     robot_pose_.publish(message);
     if (scale_) {
       std_msgs::Float64 scale;
       scale.data = at_stamp->pose.scale();
       scale_.publish(scale);
     }
-    if (!params_.publish_tf || newest_transform_ == stamp) continue;
-    if (const std::optional<RelativePose> in_odom = odometry.poseAt(stamp)) {
-      geometry_msgs::TransformStamped transform;
-      transform.header = message.header;
-      transform.child_frame_id = params_.odom_frame;
-      transform.transform = transformToMessage(mapToOdom(at_stamp->pose, *in_odom));
-      broadcaster_.sendTransform(transform);
-      newest_transform_ = stamp;
-    }
+    publishTransform(*at_stamp, odometry);
   }
+  if (!processed.empty()) publishCovariance(map, processed.back());
+}
+
+void MapPublisher::publishCovariance(const ExperienceMap& map, Stamp stamp) {
+  const std::optional<Eigen::Matrix4d> known = map.robotCovariance();
+  if (!known) return;
+  const StampedPose robot{stamp, map.robotPose(), map.robotTilt()};
+  geometry_msgs::PoseWithCovarianceStamped message;
+  message.header = header();
+  message.pose.pose = poseToMessage(robot.pose);
+  message.pose.pose.orientation = quaternionToMessage(robot.attitude());
+  message.pose.covariance = covarianceToMessage(*known);
+  robot_pose_with_covariance_.publish(message);
+}
+
+void MapPublisher::followOdometry(const StampedPose& latest, OdometryFrame& odometry) {
+  if (newest_transform_ && latest.stamp < *newest_transform_) newest_transform_.reset();  // time went back
+  if (ahead_ && ahead_->stamp < latest.stamp) publishTransform(*ahead_, odometry);
+  ahead_ = latest;
+}
+
+void MapPublisher::publishTransform(const StampedPose& robot, OdometryFrame& odometry) {
+  if (!params_.publish_tf || (newest_transform_ && robot.stamp <= *newest_transform_)) return;
+  const std::optional<RelativePose> in_odom = odometry.poseAt(robot.stamp);
+  if (!in_odom) return;
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = stampToRos(robot.stamp);
+  transform.header.frame_id = params_.map_frame;
+  transform.child_frame_id = params_.odom_frame;
+  transform.transform = transformToMessage(mapToOdom(robot.pose, *in_odom));
+  broadcaster_.sendTransform(transform);
+  newest_transform_ = robot.stamp;
 }
 
 void MapPublisher::publishMapIfDue(const ExperienceMap& map) {

@@ -29,8 +29,12 @@ void OdometryFrame::add(const OdometrySample& sample) {
     pose = poseOf(*sample.pose);
   } else if (!entries_.empty()) {
     const double dt = std::max(0.0, secondsBetween(entries_.back().stamp, sample.stamp));
-    Motion motion{entries_.back().pose};
-    motion.add({dt, sample.yaw_rate * dt, sample.speed * dt, 0.0, 0.0});
+    Motion motion;
+    motion.pose = entries_.back().pose;
+    OdometryStep step;
+    step.rotation = sample.yaw_rate * dt;
+    step.forward = sample.speed * dt;
+    motion.add(step);
     pose = motion.pose;
   }
   if (!isFinite(pose)) return;

@@ -9,16 +9,19 @@ namespace ratslam {
 
 OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params)
     : params_(params),
+      quality_publisher_(
+          handle.advertise<ratslam_ros::OdometryQuality>(topicName(params.topic_root, "odom_quality"), 0)),
       publisher_(handle.advertise<nav_msgs::Odometry>(topicName(params.topic_root, "odom"), 0)) {}
 
-void OdometryPublisher::publish(const OdometrySample& sample, const Twist& twist,
-                                const TwistCovariance& covariance) {
+void OdometryPublisher::publish(const OdometrySample& sample, const Twist& twist) {
   const double dt = last_stamp_ ? std::max(0.0, secondsBetween(*last_stamp_, sample.stamp)) : 0.0;
   const bool moved_on = !last_stamp_ || sample.stamp != *last_stamp_;
   last_stamp_ = sample.stamp;
   // First-order and per axis: how far the errors of the single steps may have carried the robot by now.
+  const TwistCovariance covariance = sample.covariance.value_or(TwistCovariance::Zero());
   pose_covariance_ += dt * dt * covariance;
 
+  quality_publisher_.publish(qualityToMessage(sample));
   nav_msgs::Odometry message;
   message.header.stamp = stampToRos(sample.stamp);
   message.header.frame_id = params_.odom_frame;

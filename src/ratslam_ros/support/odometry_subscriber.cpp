@@ -1,32 +1,96 @@
 #include "ratslam_ros/support/odometry_subscriber.h"
 
+#include "ratslam/odometry/uncertainty.h"
 #include "ratslam_ros/support/conversions.h"
 
 namespace ratslam {
+namespace {
+
+/// Qualities of samples that never come are forgotten beyond this many.
+constexpr std::size_t kMostQualities = 10000;
+
+}  // namespace
 
 OdometrySubscriber::OdometrySubscriber(const ros::NodeHandle& handle, const std::string& topic,
-                                       Handler handler)
-    : handle_(handle), handler_(std::move(handler)), watch_(handle.resolveName(topic), "nav_msgs/Odometry") {}
+                                       double sync_timeout, Handler handler)
+    : handle_(handle),
+      handler_(std::move(handler)),
+      watch_(handle.resolveName(topic), "nav_msgs/Odometry"),
+      silence_(sync_timeout) {}
 
 void OdometrySubscriber::start() {
   watch_.start();
+  quality_subscriber_ = handle_.subscribe<ratslam_ros::OdometryQuality>(
+      watch_.topic() + "_quality", 0,
+      [this](const ratslam_ros::OdometryQualityConstPtr& message) { onQuality(*message); });
   subscriber_ = handle_.subscribe<nav_msgs::Odometry>(
-      watch_.topic(), 0, [this](const nav_msgs::OdometryConstPtr& message) {
-        watch_.messageArrived();
-        switch (handler_(odometryFromMessage(*message))) {
-          case SampleVerdict::kAccepted:
-            break;
-          case SampleVerdict::kNotFinite:
-            not_finite_.report(watch_.topic() + ": odometry dropped, it is not finite");
-            break;
-          case SampleVerdict::kRepeatedStamp:
-            repeated_.report(watch_.topic() + ": odometry dropped, it repeats the stamp before it");
-            break;
-          case SampleVerdict::kTimeWentBack:
-            time_went_back_.report(watch_.topic() + ": time went back, the stream starts anew");
-            break;
-        }
-      });
+      watch_.topic(), 0, [this](const nav_msgs::OdometryConstPtr& message) { onSample(*message); });
+}
+
+void OdometrySubscriber::watchStreams() {
+  watch_.warnIfItNeverCame();
+  if (!silence_.expired(!samples_.empty())) return;
+  without_quality_.report(watch_.topic() + "_quality is silent: odometry is taken without it");
+  drain(false);
+}
+
+void OdometrySubscriber::onQuality(const ratslam_ros::OdometryQuality& message) {
+  with_quality_ = true;
+  silence_.messageArrived();
+  const Stamp stamp = stampFromRos(message.header.stamp);
+  qualities_.erase(qualities_.upper_bound(stamp), qualities_.end());  // time has gone back
+  qualities_[stamp] = message;
+  if (qualities_.size() > kMostQualities) qualities_.erase(qualities_.begin());
+  drain(true);
+}
+
+void OdometrySubscriber::onSample(const nav_msgs::Odometry& message) {
+  watch_.messageArrived();
+  if (!with_quality_) with_quality_ = isPublished(watch_.topic() + "_quality");
+  samples_.push_back(odometryFromMessage(message));
+  drain(*with_quality_);
+}
+
+void OdometrySubscriber::drain(bool wait) {
+  while (!samples_.empty()) {
+    OdometrySample sample = samples_.front();
+    const auto quality = qualities_.find(sample.stamp);
+    if (quality != qualities_.end()) {
+      addQuality(quality->second, sample);
+      qualities_.erase(quality);
+    } else if (wait && (qualities_.empty() || qualities_.rbegin()->first < sample.stamp)) {
+      return;
+    }
+    samples_.pop_front();
+    handOn(sample);
+  }
+}
+
+void OdometrySubscriber::handOn(const OdometrySample& sample) {
+  if (sample.covariance && absurd_.count() == 0) {
+    const std::string absurdity = whyAbsurd(*sample.covariance);
+    if (!absurdity.empty()) {
+      absurd_.report(watch_.topic() + ": covariances that cannot be used count as not said: " + absurdity);
+    }
+  }
+  switch (handler_(sample)) {
+    case SampleVerdict::kAccepted:
+      break;
+    case SampleVerdict::kNotFinite:
+      not_finite_.report(watch_.topic() + ": odometry dropped, it is not finite");
+      break;
+    case SampleVerdict::kRepeatedStamp:
+      repeated_.report(watch_.topic() + ": odometry dropped, it repeats the stamp before it");
+      break;
+    case SampleVerdict::kLate:
+      late_.report(watch_.topic() + ": odometry dropped, it is older than the message before it");
+      break;
+    case SampleVerdict::kTimeWentBack:
+      time_went_back_.report(watch_.topic() +
+                             ": time went back, the stream starts anew once the images have " +
+                             "gone back, too (or has the topic a second publisher?)");
+      break;
+  }
 }
 
 }  // namespace ratslam

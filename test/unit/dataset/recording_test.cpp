@@ -115,6 +115,45 @@ TEST_F(DatasetTest, OdometryFileIsLaidIntoTheImagesByStamp) {
   EXPECT_EQ(order, "oiooiio");
 }
 
+TEST_F(DatasetTest, OdometryFileKeepsWhatTheOdometrySaysOfItself) {
+  std::vector<OdometrySample> written(4);
+  for (std::size_t i = 0; i < written.size(); ++i) written[i].stamp = static_cast<Stamp>(i) * 100000001;
+  written[1].covariance = TwistCovariance::Random();
+  written[1].unit = UnitOfLength{std::nullopt, 0.1 / 3.0};
+  written[2].unit = UnitOfLength{0.02, 0.0};
+  written[2].epoch = 4000000000U;
+  written[2].bridged = true;
+  written[3].correction.emplace();
+  written[3].correction->from = 5;
+  written[3].correction->to = 200000002;
+  written[3].correction->motion = Eigen::Translation3d(0.1, 0.2, 0.3) *
+                                  Eigen::Isometry3d(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
+  written[3].correction->covariance.setRandom();
+  written[3].correction->way = {{100000001, written[3].correction->motion},
+                                {150000000, Eigen::Isometry3d(Eigen::Translation3d(1.0 / 3.0, 0.0, -7.0))}};
+  writeOdometryCsv(path("odometry.csv"), written);
+  const auto read = readOdometryCsv(path("odometry.csv"));
+  ASSERT_EQ(read.size(), written.size());
+  EXPECT_FALSE(read[0].covariance || read[0].unit || read[0].bridged || read[0].correction);
+  EXPECT_EQ(*read[1].covariance, *written[1].covariance);
+  EXPECT_FALSE(read[1].unit->anchor_sigma);
+  EXPECT_EQ(read[1].unit->walk_sigma, 0.1 / 3.0);
+  EXPECT_EQ(read[2].unit->anchor_sigma, 0.02);
+  EXPECT_EQ(read[2].epoch, written[2].epoch);
+  EXPECT_TRUE(read[2].bridged);
+  EXPECT_EQ(read[3].correction->from, 5);
+  EXPECT_EQ(read[3].correction->to, 200000002);
+  EXPECT_EQ(read[3].correction->motion.matrix(), written[3].correction->motion.matrix());
+  EXPECT_EQ(read[3].correction->covariance, written[3].correction->covariance);
+  ASSERT_EQ(read[3].correction->way.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read[3].correction->way[i].stamp, written[3].correction->way[i].stamp);
+    EXPECT_EQ(read[3].correction->way[i].motion.matrix(), written[3].correction->way[i].motion.matrix());
+  }
+  write("half.csv", "stamp,linear_x,angular_z,cov_11\n0,0,0,1\n");
+  EXPECT_NE(complaint([&] { readOdometryCsv(path("half.csv")); }).find("cov_12"), std::string::npos);
+}
+
 TEST_F(DatasetTest, RecorderFolderTakesStampsFromItsIndexOrFromTheNames) {
   fs::create_directories(folder_ / "images");
   for (const char* name : {"1669759744666", "1669759744766", "1669759744866"}) {

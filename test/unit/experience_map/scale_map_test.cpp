@@ -29,6 +29,7 @@ std::vector<DriveStep> ringDrive(int lap, int laps, const std::function<double(i
 ExperienceMapParams scaleParams() {
   ExperienceMapParams params;
   params.exp_scale = true;
+  params.exp_recall_sigma = 1.0;
   return params;
 }
 

@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "ratslam/common/pose2.h"
+#include "ratslam/experience_map/map_pose.h"
+#include "ratslam/odometry/uncertainty.h"
 #include "ratslam/system/event_gate.h"
 
 namespace ratslam {
@@ -90,6 +92,167 @@ TEST(OdometryTimeline, BadSamplesChangeNothing) {
   EXPECT_DOUBLE_EQ(steps[0].step.forward, 6.0);
 }
 
+/// All motion up to a stamp as one.
+Motion sumOf(const std::vector<TimedStep>& steps) {
+  Motion motion;
+  for (const TimedStep& timed : steps) motion.add(timed.step);
+  return motion;
+}
+
+TEST(OdometryTimeline, SilenceIsNotDrivenThroughAtTheNextSpeed) {
+  OdometryTimeline timeline(false);
+  for (int i = 0; i <= 10; ++i) timeline.push(twist(0.1 * i, 2.0, 0.3));
+  timeline.advanceTo(kSecond);
+  timeline.push(twist(21.0, 2.0, 0.3));
+  const auto halves = {timeline.advanceTo(11 * kSecond), timeline.advanceTo(21 * kSecond)};
+  double variance = 0.0;
+  for (const auto& steps : halves) {
+    ASSERT_EQ(steps.size(), 1U);
+    EXPECT_EQ(steps[0].step.forward, 0.0);
+    EXPECT_EQ(steps[0].step.rotation, 0.0);
+    EXPECT_TRUE(steps[0].step.bridged);
+    ASSERT_TRUE(steps[0].step.covariance);
+    variance += (*steps[0].step.covariance)(0, 0);
+  }
+  EXPECT_NEAR(std::sqrt(variance), 40.0, 1e-9) << "20 s at the greatest speed so far";
+  EXPECT_EQ(timeline.unmeasured(), 1U);
+}
+
+TEST(OdometryTimeline, SilenceIsMeasuredWhereTheSourceSaysHowWell) {
+  OdometryTimeline timeline(false);
+  timeline.push(twist(0.0, 1.0, 0.0));
+  OdometrySample sample = twist(5.0, 1.0, 0.0);
+  sample.covariance = 0.04 * TwistCovariance::Identity();
+  sample.unit = UnitOfLength{};
+  timeline.push(sample);
+  const auto steps = timeline.advanceTo(5 * kSecond);
+  ASSERT_EQ(steps.size(), 1U);
+  EXPECT_EQ(steps[0].step.forward, 5.0);
+  EXPECT_NEAR((*steps[0].step.covariance)(0, 0), 0.04 * 25.0, 1e-12);
+}
+
+TEST(OdometryTimeline, PosesTellWhereASilenceHasLed) {
+  OdometryTimeline timeline(false);
+  timeline.push(posed(0.0, 0.0, 0.0, 0.0, 0.0));
+  for (int i = 1; i <= 10; ++i) {
+    OdometrySample sample = posed(0.1 * i, 0.2 * i, 0.0, 0.0, 0.0);
+    sample.speed = 2.0;
+    timeline.push(sample);
+  }
+  timeline.advanceTo(kSecond);
+  OdometrySample after = posed(6.0, 9.0, 3.0, 0.0, 0.5);
+  after.speed = 2.0;
+  timeline.push(after);
+  const Motion across = sumOf(timeline.advanceTo(6 * kSecond));
+  EXPECT_NEAR(across.pose.x, 7.0, 1e-9);
+  EXPECT_NEAR(across.pose.y, 3.0, 1e-9);
+  EXPECT_GT(across.error.covariance(0, 0), 50.0);
+}
+
+/// A source that starts anew at its origin, with and without a change of epoch to tell it.
+TEST(OdometryTimeline, APoseThatIsResetIsNotDriven) {
+  for (const bool says_so : {true, false}) {
+    for (const bool use_pose : {true, false}) {
+      OdometryTimeline timeline(use_pose);
+      for (int i = 0; i <= 20; ++i) {
+        OdometrySample sample = posed(0.1 * i, 1.0 * i, 0.0, 0.0, 0.2);
+        sample.speed = 10.0;
+        timeline.push(sample);
+      }
+      timeline.advanceTo(2 * kSecond);
+      OdometrySample reset = posed(2.1, 0.0, 0.0, 0.0, 0.0);
+      reset.speed = 10.0;
+      reset.epoch = says_so ? 1 : 0;
+      timeline.push(reset);
+      OdometrySample next = posed(2.2, 1.0, 0.0, 0.0, 0.0);
+      next.speed = 10.0;
+      next.epoch = reset.epoch;
+      timeline.push(next);
+      const auto steps = timeline.advanceTo(stampFromSeconds(2.2));
+      ASSERT_EQ(steps.size(), 2U);
+      EXPECT_NEAR(steps[0].step.forward, 1.0, 1e-9);
+      EXPECT_NEAR(steps[0].step.rotation, 0.0, 1e-9);
+      EXPECT_TRUE(steps[0].step.new_unit);
+      EXPECT_TRUE(steps[0].step.covariance);
+      EXPECT_NEAR(steps[1].step.forward, 1.0, 1e-9);
+      EXPECT_FALSE(steps[1].step.new_unit);
+      EXPECT_EQ(timeline.unmeasured(), 1U);
+    }
+  }
+}
+
+TEST(OdometryTimeline, APoseWithoutATwistIsFollowed) {
+  OdometryTimeline timeline(false);
+  for (int i = 0; i <= 60; ++i) timeline.push(posed(0.1 * i, 0.5 * i, 0.0, 0.0, 0.05 * i));
+  const Motion motion = sumOf(timeline.advanceTo(6 * kSecond));
+  EXPECT_NEAR(motion.pose.x, 30.0, 1e-9);
+  EXPECT_NEAR(motion.pose.yaw, 3.0, 1e-9);
+  timeline.push(posed(6.1, 0.0, 0.0, 0.0, 3.0));
+  const Motion reset = sumOf(timeline.advanceTo(stampFromSeconds(6.1)));
+  EXPECT_EQ(reset.pose.x, 0.0) << "back at its origin";
+}
+
+TEST(OdometryTimeline, ALateSampleIsLeftOutAndAnAbsurdCovarianceNotUsed) {
+  OdometryTimeline timeline(false);
+  timeline.push(twist(0.0, 1.0, 0.0));
+  timeline.push(twist(1.0, 1.0, 0.0));
+  EXPECT_EQ(timeline.push(twist(0.75, 9.0, 0.0)), SampleVerdict::kLate);
+  TwistCovariance negative = TwistCovariance::Identity();
+  negative(0, 0) = -1.0;
+  TwistCovariance skewed = TwistCovariance::Identity();
+  skewed(0, 5) = 0.5;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  double t = 1.0;
+  for (const TwistCovariance& absurd : {negative, skewed, TwistCovariance(1e12 * TwistCovariance::Identity()),
+                                        TwistCovariance(nan * TwistCovariance::Identity())}) {
+    OdometrySample sample = twist(t += 0.5, 1.0, 0.0);
+    sample.covariance = absurd;
+    EXPECT_EQ(timeline.push(sample), SampleVerdict::kAccepted);
+    EXPECT_NE(whyAbsurd(absurd), "");
+  }
+  for (const TimedStep& timed : timeline.advanceTo(4 * kSecond)) EXPECT_FALSE(timed.step.covariance);
+}
+
+TEST(OdometryTimeline, AttitudeIsThatOfThePose) {
+  OdometryTimeline timeline(true);
+  const auto tilted = [](double t, double pitch) {
+    OdometrySample sample = twist(t, 1.0, 0.0);
+    sample.pose = Eigen::Translation3d(t, 0.0, 0.0) *
+                  Eigen::Isometry3d(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()) *
+                                    Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()));
+    return sample;
+  };
+  timeline.push(tilted(0.0, 0.1));
+  timeline.push(tilted(1.0, 0.3));
+  const auto steps = {timeline.advanceTo(kSecond / 2), timeline.advanceTo(kSecond)};
+  double expected = 0.2;
+  for (const auto& part : steps) {
+    EXPECT_LT(part[0].step.tilt.angularDistance(
+                  Eigen::Quaterniond(Eigen::AngleAxisd(expected, Eigen::Vector3d::UnitY()))),
+              1e-9);
+    expected += 0.1;
+  }
+}
+
+TEST(OdometryTimeline, KeepsTheWayOfHoursWithinBounds) {
+  OdometryTimeline bounded(false);
+  Motion whole;
+  const int samples = 50000;
+  for (int i = 0; i <= samples; ++i) {
+    bounded.push(twist(0.01 * i, 1.0, 0.002));
+    OdometryStep step;
+    step.forward = 0.01;
+    step.rotation = 0.00002;
+    if (i > 0) whole.add(step);
+  }
+  const auto steps = bounded.advanceTo(stampFromSeconds(0.01 * samples));
+  EXPECT_LE(steps.size(), 20001U);
+  const Motion told = sumOf(steps);
+  EXPECT_NEAR(told.pose.x, whole.pose.x, 1e-6);
+  EXPECT_NEAR(told.pose.y, whole.pose.y, 1e-6);
+  EXPECT_NEAR(told.pose.yaw, whole.pose.yaw, 1e-9);
+}
+
 struct Event {
   Stamp stamp;
 };
@@ -143,19 +306,43 @@ TEST(EventGate, NoMotionIsMeasuredAcrossAJumpBackInTime) {
     gate.motionUntil(10 * kSecond);
     gate.pop();
     if (events_jump_first) {
-      EXPECT_FALSE(gate.addEvent({kSecond}));
+      EXPECT_EQ(gate.addEvent({kSecond}), EventVerdict::kTimeWentBack);
       EXPECT_EQ(gate.ready(), nullptr) << "the odometry has not gone back yet";
       EXPECT_TRUE(gate.motionUntil(kSecond).empty());
     }
     EXPECT_EQ(gate.addOdometry(twist(0.0, 1.0, 0.0)), SampleVerdict::kTimeWentBack);
     if (!events_jump_first) {
-      EXPECT_FALSE(gate.addEvent({kSecond}));
+      EXPECT_EQ(gate.addEvent({kSecond}), EventVerdict::kTimeWentBack);
     }
     EXPECT_EQ(gate.ready(), nullptr);
     gate.addOdometry(twist(1.0, 1.0, 0.0));
     ASSERT_NE(gate.ready(), nullptr);
     EXPECT_DOUBLE_EQ(distance(gate.motionUntil(kSecond)), 1.0);
   }
+}
+
+TEST(EventGate, ASecondPublisherWhoseStampsLieBackChangesNothing) {
+  EventGate<Event> alone(false);
+  EventGate<Event> disturbed(false);
+  for (int i = 0; i < 60; ++i) {
+    for (EventGate<Event>* gate : {&alone, &disturbed}) gate->addOdometry(twist(20.0 + 0.1 * i, 1.0, 0.0));
+    disturbed.addOdometry(twist(7.0 + 0.1 * i, 5.0, 1.0));
+    for (EventGate<Event>* gate : {&alone, &disturbed}) gate->addEvent({stampFromSeconds(20.0 + 0.1 * i)});
+    ASSERT_NE(disturbed.ready(), nullptr);
+    EXPECT_EQ(distance(disturbed.motionUntil(disturbed.ready()->stamp)),
+              distance(alone.motionUntil(alone.ready()->stamp)));
+    alone.pop();
+    disturbed.pop();
+  }
+  EXPECT_EQ(disturbed.beginnings(), 0U);
+}
+
+TEST(EventGate, ALateEventIsLeftOut) {
+  EventGate<Event> gate(false);
+  gate.addOdometry(twist(0.0, 1.0, 0.0));
+  gate.addEvent({kSecond});
+  EXPECT_EQ(gate.addEvent({kSecond / 2}), EventVerdict::kLate);
+  EXPECT_EQ(gate.size(), 1U);
 }
 
 }  // namespace

@@ -59,6 +59,50 @@ TEST(Odometry, WhatTheWireCarriesIsWhatTheOfflineRunnerUses) {
   }
 }
 
+TEST(Odometry, ACovarianceOfZerosSaysNothing) {
+  nav_msgs::Odometry message;
+  EXPECT_FALSE(odometryFromMessage(message).covariance);
+  message.twist.covariance[7] = -3.0;
+  ASSERT_TRUE(odometryFromMessage(message).covariance);
+  EXPECT_EQ((*odometryFromMessage(message).covariance)(1, 1), -3.0);
+}
+
+TEST(Odometry, WhatItSaysOfItselfSurvivesTheWire) {
+  OdometrySample said;
+  said.stamp = 7000000001;
+  said.epoch = 3;
+  said.bridged = true;
+  said.unit = UnitOfLength{0.02, 0.001};
+  said.correction.emplace();
+  said.correction->from = 5000000001;
+  said.correction->to = 6000000002;
+  said.correction->motion = Eigen::Translation3d(1.0, -2.0, 0.5) *
+                            Eigen::Isometry3d(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
+  said.correction->covariance(2, 3) = 0.25;
+  said.correction->way = {{5500000000, said.correction->motion}};
+  OdometrySample heard;
+  addQuality(qualityToMessage(said), heard);
+  EXPECT_EQ(heard.epoch, said.epoch);
+  EXPECT_TRUE(heard.bridged);
+  EXPECT_EQ(heard.unit->anchor_sigma, said.unit->anchor_sigma);
+  EXPECT_EQ(heard.unit->walk_sigma, said.unit->walk_sigma);
+  EXPECT_EQ(heard.correction->from, said.correction->from);
+  EXPECT_EQ(heard.correction->to, said.correction->to);
+  EXPECT_EQ(heard.correction->motion.matrix(), asTransmitted(said).correction->motion.matrix());
+  EXPECT_EQ(heard.correction->covariance, said.correction->covariance);
+  ASSERT_EQ(heard.correction->way.size(), 1U);
+  EXPECT_EQ(heard.correction->way[0].stamp, 5500000000);
+  EXPECT_EQ(heard.correction->way[0].motion.matrix(), asTransmitted(said).correction->way[0].motion.matrix());
+
+  OdometrySample silent;
+  addQuality(qualityToMessage(OdometrySample()), silent);
+  EXPECT_FALSE(silent.unit);
+  EXPECT_FALSE(silent.correction);
+  said.unit->anchor_sigma.reset();
+  addQuality(qualityToMessage(said), heard);
+  EXPECT_FALSE(heard.unit->anchor_sigma);
+}
+
 TEST(Odometry, NotANumberIsLeftForTheTimelineToRefuse) {
   nav_msgs::Odometry message;
   message.pose.pose.orientation.w = std::numeric_limits<double>::quiet_NaN();
@@ -79,7 +123,12 @@ TEST(Events, ViewSurvivesTheWire) {
 }
 
 TEST(Events, ActionSurvivesTheWire) {
-  const TopologicalAction action{5000000001, ActionKind::kCreateEdge, 17, 3, 0.25};
+  TopologicalAction action;
+  action.stamp = 5000000001;
+  action.kind = ActionKind::kCreateEdge;
+  action.src_id = 17;
+  action.dest_id = 3;
+  action.relative_rad = 0.25;
   const TopologicalAction back = actionFromMessage(actionToMessage(action));
   EXPECT_EQ(back.stamp, action.stamp);
   EXPECT_EQ(back.kind, action.kind);

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
@@ -164,6 +165,102 @@ TEST(Pipeline, ALoopedRecordingKeepsTheMapAndLinksNothingAcrossTheJump) {
     const MapPose& b = experiences[link.to].pose;
     EXPECT_NEAR(std::hypot(b.x - a.x, b.y - a.y), link.distance, 3.0) << link.from << " -> " << link.to;
   }
+}
+
+/// Stamps that step back a little must not put the numbers of the experiences out of step: each later creation
+/// would be refused.
+TEST(Pipeline, OdometryThatStepsBackLosesNothing) {
+  Pipeline clean(params(), {});
+  Pipeline disturbed(params(), {});
+  for (int frame = 0; frame < kFrames; ++frame) {
+    for (Pipeline* pipeline : {&clean, &disturbed}) {
+      pipeline->addOdometry(motion(frame, 0.1));
+      if (pipeline == &disturbed && frame % 20 == 7) {
+        OdometrySample back = motion(frame, 0.1);
+        back.stamp -= kTenth * 5 / 2;
+        pipeline->addOdometry(back);
+      }
+      EXPECT_NO_THROW(pipeline->addImage({frame * kTenth, view(frame)}));
+    }
+  }
+  EXPECT_EQ(describe(disturbed.map()), describe(clean.map()));
+  EXPECT_EQ(disturbed.droppedOdometry(), static_cast<std::size_t>(kFrames / 20));
+}
+
+/// The square of motion(), as an odometry with poses that drifts a little in length tells it.
+OdometrySample posedMotion(int sample, Eigen::Isometry3d& pose) {
+  OdometrySample odometry = motion(sample, 0.1);
+  odometry.speed *= 1.0 + 0.02 * std::sin(0.1 * sample);
+  pose.rotate(Eigen::AngleAxisd(0.1 * odometry.yaw_rate, Eigen::Vector3d::UnitZ()));
+  pose.translate(Eigen::Vector3d(0.1 * odometry.speed, 0.0, 0.0));
+  odometry.pose = pose;
+  return odometry;
+}
+
+/// Mean distance of the final trajectory from the square, by stamp, once both start alike.
+double meanError(const ExperienceMap& map) {
+  std::map<Stamp, Eigen::Vector2d> truth;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  for (int frame = 0; frame < kFrames; ++frame) {
+    const OdometrySample exact = motion(frame, 0.1);
+    pose.rotate(Eigen::AngleAxisd(0.1 * exact.yaw_rate, Eigen::Vector3d::UnitZ()));
+    pose.translate(Eigen::Vector3d(0.1 * exact.speed, 0.0, 0.0));
+    truth[exact.stamp] = pose.translation().head<2>();
+  }
+  const std::vector<StampedPose> path = map.finalTrajectory();
+  const MapPose& start = path.front().pose;
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const StampedPose& stamped : path) {
+    const auto known = truth.find(stamped.stamp);
+    if (known == truth.end()) continue;
+    const RelativePose seen = between(start, stamped.pose);
+    const Eigen::Vector2d off = Eigen::Vector2d(seen.x, seen.y) - (known->second - truth.begin()->second);
+    sum += off.norm();
+    ++count;
+  }
+  return sum / static_cast<double>(count);
+}
+
+/// An odometry that starts again at its origin.
+TEST(Pipeline, AnOdometryThatIsRestartedDoesNotSpoilTheMap) {
+  const auto run = [](int silent_from, int silent_to) {
+    PipelineParams p = params();
+    p.experience_map.exp_height = true;
+    Pipeline pipeline(p, {});
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    for (int frame = 0; frame < kFrames; ++frame) {
+      const OdometrySample sample = posedMotion(frame, pose);
+      if (frame == silent_to) pose = Eigen::Isometry3d::Identity();
+      const bool silent = frame >= silent_from && frame < silent_to;
+      if (!silent)
+        pipeline.addOdometry(frame == silent_to ? [&] {
+        OdometrySample first = motion(frame, 0.1);
+        first.speed = first.yaw_rate = 0.0;
+        first.pose = pose;
+        return first;
+      }() : sample);
+      pipeline.addImage({frame * kTenth, view(frame)});
+    }
+    pipeline.settle();
+    return meanError(pipeline.map());
+  };
+  const double undisturbed = run(kFrames, kFrames);
+  EXPECT_LT(undisturbed, 1.0);
+  // Of one step nobody has said how far it went: a metre.
+  EXPECT_LT(run(70, 70), 2.0 * undisturbed + 1.0);
+}
+
+/// An image that comes late by one place.
+TEST(Pipeline, ALateImageIsLeftOutAndTheMapGoesOn) {
+  Pipeline pipeline(params(), {});
+  for (int frame = 0; frame < kFrames; ++frame) {
+    const int shown = frame % 50 == 20 ? frame + 1 : frame % 50 == 21 ? frame - 1 : frame;
+    pipeline.addOdometry(motion(frame, 0.1));
+    pipeline.addImage({shown * kTenth, view(shown)});
+  }
+  EXPECT_EQ(pipeline.lateViews(), 5U);
+  EXPECT_EQ(pipeline.map().finalTrajectory().size(), static_cast<std::size_t>(kFrames));
 }
 
 TEST(RunLog, ARunFromTheOdometryOfAnEarlierOneIsTheSame) {

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "ratslam/experience_map/solver/block_ordering.h"
@@ -60,6 +61,25 @@ class BlockCholesky {
   /// Eliminates columns until so many are done.
   void factoriseUpTo(std::uint32_t columns) {
     while (next_column_ < columns) eliminate(next_column_++);
+  }
+
+  /// The diagonal block of the inverse of H at a position: what is left of an unknown's variance once all
+  /// others have had their say. Only the columns above it in the elimination tree are looked at.
+  /// Everything must be factorised.
+  Block inverseAt(std::uint32_t position) const {
+    std::map<std::uint32_t, Block> rest{{position, Block::Identity()}};
+    Block inverse = Block::Zero();
+    while (!rest.empty()) {
+      const auto [column, value] = *rest.begin();
+      rest.erase(rest.begin());
+      inverse.noalias() += value.transpose() * diagonal_[column] * value;
+      const Block& known = value;
+      forEachBlock(column, [&rest, &known](std::uint32_t row, const Block& block) {
+        const auto [place, fresh] = rest.try_emplace(row, Block::Zero());
+        place->second.noalias() -= block * known;
+      });
+    }
+    return inverse;
   }
 
   /// Whether every pivot so far was positive definite.

@@ -6,6 +6,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "ratslam/events.h"
 #include "ratslam/experience_map/experience_graph.h"
@@ -26,6 +29,17 @@ struct RobotPlace {
     fields("motion", motion);
     fields("lost", lost);
   }
+};
+
+/// What a stretch of the robot's way was after all.
+struct CorrectedWay {
+  std::uint32_t from = 0;  ///< frame in which the stretch begins
+  RelativePose before;     ///< of the robot in that frame, where it begins
+  /// Frames made since, in the axes of the robot where the stretch begins, in the order of the way.
+  std::vector<std::pair<std::uint32_t, RelativePose>> frames;
+  std::size_t within = 0;  ///< how many of them lie within the stretch
+  /// Of the last of those (x, y, z, yaw).
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
 };
 
 class MapSolver {
@@ -50,6 +64,18 @@ class MapSolver {
   /// [rad].
   virtual RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
                             double relative_rad, const RecallGeometry* geometry) = 0;
+
+  /// Gives the robot a frame of its own where it is, so that what follows can be mended apart from what was
+  /// before. @return its place from now on; the old one where the solver knows no such frames.
+  virtual RobotPlace anchor(const ExperienceGraph&, const RobotPlace& robot) { return robot; }
+
+  /// Covariance of the robot's pose (x, y, z, yaw) in the map, whose first place is exact; none where the solver
+  /// knows none.
+  virtual std::optional<Eigen::Matrix4d> covariance(const RobotPlace&) const { return std::nullopt; }
+
+  /// Whether it can take in what a stretch of the way was after all.
+  virtual bool corrects() const { return false; }
+  virtual void correct(ExperienceGraph&, const CorrectedWay&) {}
 
   /// Works on the poses after an action; a bounded amount of work.
   virtual void update(ExperienceGraph& graph, RobotPlace& robot) = 0;

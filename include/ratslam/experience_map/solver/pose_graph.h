@@ -6,7 +6,7 @@
 ///
 ///     r_xy     = W_xy (R(facing_i)^T (p_j - p_i) - exp(lambda_i) m_ij)
 ///     r_facing = w_r wrap(facing_j - facing_i - facing_ij)
-///     r_lambda = w_s (lambda_j - lambda_i)                    only where the odometry measured
+///     r_lambda = w_s (lambda_j - kept lambda_i)               only where the odometry measured
 ///     r_z      = w_z (z_j - z_i - exp(lambda_i) dz_ij)
 ///
 /// The energy is the sum of squares; a recall's share is passed through Cauchy's kernel c^2 log(1 + r^2 /
@@ -33,7 +33,14 @@ struct Constraint {
   double yaw_weight = 1.0;          ///< 1 / standard deviation
   double scale_weight = 1.0;
   double z_weight = 1.0;
-  bool recall = false;  ///< says nothing about scale, is measured in the map's unit, and may be wrong
+  double scale_kept = 1.0;  ///< share of the log-scale of `from` that is left at `to`
+  bool recall = false;      ///< says nothing about scale, is measured in the map's unit, and may be wrong
+  bool vague = false;       ///< a recall of which only the place is known: the same one, more or less
+  double doubt = 1.0;       ///< of a recall: width of its kernel in units of the graph's
+  bool shortcut = false;    ///< odometry over a stretch that the chain of constraints tells, too
+
+  /// Whether it can disagree with the constraints before it.
+  bool closes() const { return recall || shortcut; }
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -44,10 +51,16 @@ struct Constraint {
     fields("yaw_weight", yaw_weight);
     fields("scale_weight", scale_weight);
     fields("z_weight", z_weight);
+    fields("scale_kept", scale_kept);
     fields("recall", recall);
+    fields("vague", vague);
+    fields("doubt", doubt);
+    fields("shortcut", shortcut);
   }
 };
 
+/// Of a node (x, y, facing, log-scale, z) in the map, node 0 being exact.
+using NodeCovariance = Eigen::Matrix<double, 5, 5>;
 using Residual = Eigen::Matrix<double, 5, 1>;          ///< weighted: along, across, facing, log-scale, height
 using ResidualJacobian = Eigen::Matrix<double, 5, 5>;  ///< by (x, y, facing, log-scale, z) of a node
 
@@ -65,7 +78,11 @@ class PoseGraph {
   const std::vector<MapPose>& nodes() const { return nodes_; }
   std::vector<MapPose>& nodes() { return nodes_; }
   const std::vector<Constraint>& constraints() const { return constraints_; }
-  std::size_t recalls() const { return recalls_; }
+  /// To weigh constraints anew; whoever does says so with reweighed().
+  std::vector<Constraint>& constraints() { return constraints_; }
+  /// Grows with every change that may leave the nodes away from the optimum.
+  std::size_t evidence() const { return evidence_; }
+  void reweighed() { ++evidence_; }
 
   std::uint32_t addNode(const MapPose& pose);
 
@@ -74,6 +91,10 @@ class PoseGraph {
 
   static Residual residual(const Constraint& constraint, const MapPose& from, const MapPose& to);
   static LinearisedConstraint linearise(const Constraint& constraint, const MapPose& from, const MapPose& to);
+
+  /// Covariance of the node `to` of a constraint that odometry made, given that of `from`.
+  static NodeCovariance propagate(const Constraint& constraint, const MapPose& from,
+                                  const NodeCovariance& covariance);
 
   /// A constraint's share of the energy, given its squared residual.
   double energy(const Constraint& constraint, double squared) const;
@@ -94,7 +115,7 @@ class PoseGraph {
   double kernel_;
   std::vector<MapPose> nodes_;
   std::vector<Constraint> constraints_;
-  std::size_t recalls_ = 0;
+  std::uint64_t evidence_ = 0;
 };
 
 }  // namespace ratslam

@@ -5,7 +5,7 @@
 /// of its own, where the robot stands, and a loose constraint from the experience to it:
 ///
 ///  - without image geometry: the same place and heading, give or take exp_recall_sigma and
-///  exp_recall_facing_sigma;
+///  exp_recall_facing_sigma, or what recall_spread.h has learned;
 ///  - with it: the measured heading, tight across the measured direction of the offset, loose along it.
 ///
 /// So a link by recall is a composition - odometry to the present place, which is the matched one up to about
@@ -22,6 +22,7 @@
 #include "ratslam/experience_map/params.h"
 #include "ratslam/experience_map/solver/map_solver.h"
 #include "ratslam/experience_map/solver/pose_graph_solver.h"
+#include "ratslam/experience_map/solver/recall_spread.h"
 
 namespace ratslam {
 
@@ -35,6 +36,10 @@ class PoseGraphMap : public MapSolver {
                     const RecallGeometry* geometry) override;
   RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
                     double relative_rad, const RecallGeometry* geometry) override;
+  RobotPlace anchor(const ExperienceGraph& graph, const RobotPlace& robot) override;
+  std::optional<Eigen::Matrix4d> covariance(const RobotPlace& robot) const override;
+  bool corrects() const override { return !nodes_.empty(); }
+  void correct(ExperienceGraph& graph, const CorrectedWay& way) override;
   void update(ExperienceGraph& graph, RobotPlace& robot) override;
   void resume(ExperienceGraph& graph) override;
   void settle(ExperienceGraph& graph) override;
@@ -57,17 +62,28 @@ class PoseGraphMap : public MapSolver {
   };
 
   std::uint32_t extendChain(const RobotPlace& robot);
+  /// What the robot's odometry since its frame makes a constraint to where it is.
+  Constraint chainConstraint(const RobotPlace& robot) const;
+  /// Covariance of the newest node, once the solver has reached an optimum.
+  void takeCovariance();
+  NodeCovariance carried(const Constraint& constraint, const NodeCovariance& covariance) const;
+  void setWeights(Constraint& constraint, const Eigen::Matrix2d& xy, double z, double yaw) const;
   Constraint recallConstraint(std::uint32_t experience, double relative_rad,
                               const RecallGeometry* geometry) const;
   void work(ExperienceGraph& graph, std::int64_t amount);
+  /// Weighs recalls anew where enough have come in. @return whether it did
+  bool learnSpread();
 
   ExperienceMapParams params_;
   PoseGraph pose_graph_;
   PoseGraphSolver solver_;
   std::vector<std::uint32_t> nodes_;     ///< of the experiences
   std::vector<TemplateOffset> offsets_;  ///< of the experiences
+  RecallSpread spread_;
+  NodeCovariance newest_covariance_ = NodeCovariance::Zero();  ///< of the newest node
   bool recalled_ = false;  ///< the last action added evidence: a created experience leaves nothing to solve
-  double disagreement_ = 0.0;  ///< of recalls with the map that is left to mend [exp_recall_sigma]
+  double disagreement_ =
+      0.0;  ///< of recalls with the map that is left to mend [standard deviations of place]
 };
 
 }  // namespace ratslam

@@ -14,6 +14,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "ratslam/experience_map/solver/pose_graph.h"
 
@@ -33,10 +35,22 @@ class PoseGraphSolver {
   /// Whether the nodes are at the optimum for all constraints.
   bool settled(const PoseGraph& graph) const;
 
+  /// Whether they are, and what has been appended to the chain since the last recall took part in the
+  /// solution, too: it is carried along by a similarity, which is the optimum but for a unit of length that
+  /// returns to its anchor.
+  bool complete(const PoseGraph& graph) const;
+
   /// Works on the graph until it is settled or the work is used up. @param work in block products, about 20
   /// ns each.
   /// @return whether nodes have moved.
   bool advance(PoseGraph& graph, std::int64_t work);
+
+  /// Drops the iteration it is in: nodes or constraints that take part in it have been changed.
+  void abandon();
+
+  /// Covariance of the newest node that took part in the last iteration, and which one that is; none where no
+  /// iteration has come to its end. Parts of a pose that are no unknowns are exact.
+  std::optional<std::pair<std::uint32_t, NodeCovariance>> newestCovariance() const;
 
   /// Size of the last step taken [m]: how far from settled the graph was.
   double lastStep() const;

@@ -97,6 +97,7 @@ class ProfileOdometry {
     }
   };
 
+  TwistCovariance covariance(double speed, int image_columns, double dt) const;
   double secondsSince(Stamp before, Stamp now) const;
   /// Moves the pose by the sample's twist and notes it there.
   void finish(OdometrySample& sample, double dt);

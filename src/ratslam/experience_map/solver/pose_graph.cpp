@@ -1,5 +1,6 @@
 #include "ratslam/experience_map/solver/pose_graph.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -38,7 +39,9 @@ Residual residualOf(const Constraint& constraint, const Displacement& d, const M
   r[0] = w(0, 0) * ex + w(0, 1) * ey;
   r[1] = w(1, 0) * ex + w(1, 1) * ey;
   r[2] = constraint.yaw_weight * wrapAngle(to.yaw - from.yaw - m.yaw);
-  r[3] = constraint.recall ? 0.0 : constraint.scale_weight * (to.log_scale - from.log_scale);
+  r[3] = constraint.recall
+             ? 0.0
+             : constraint.scale_weight * (to.log_scale - constraint.scale_kept * from.log_scale);
   r[4] = constraint.z_weight * (to.z - from.z - d.scale * m.z);
   return r;
 }
@@ -58,7 +61,7 @@ void PoseGraph::addConstraint(const Constraint& constraint) {
                                 std::to_string(nodes_.size()) + " nodes");
   }
   constraints_.push_back(constraint);
-  if (constraint.recall) ++recalls_;
+  if (constraint.closes()) ++evidence_;
 }
 
 Residual PoseGraph::residual(const Constraint& constraint, const MapPose& from, const MapPose& to) {
@@ -87,18 +90,43 @@ LinearisedConstraint PoseGraph::linearise(const Constraint& constraint, const Ma
     const RelativePose& m = constraint.measured;
     linear.by_from.block<2, 1>(0, 3) = constraint.xy_weight * Eigen::Vector2d(-d.scale * m.x, -d.scale * m.y);
     linear.by_to(3, 3) = constraint.scale_weight;
-    linear.by_from(3, 3) = -constraint.scale_weight;
+    linear.by_from(3, 3) = -constraint.scale_weight * constraint.scale_kept;
     linear.by_from(4, 3) = -constraint.z_weight * d.scale * m.z;
   }
   return linear;
 }
 
+NodeCovariance PoseGraph::propagate(const Constraint& constraint, const MapPose& from,
+                                    const NodeCovariance& covariance) {
+  const MapPose end = compose(from, constraint.measured);
+  const double dx = end.x - from.x;
+  const double dy = end.y - from.y;
+  NodeCovariance by_from = NodeCovariance::Identity();
+  by_from(0, 2) = -dy;
+  by_from(1, 2) = dx;
+  by_from(0, 3) = dx;
+  by_from(1, 3) = dy;
+  by_from(4, 3) = end.z - from.z;
+  by_from(3, 3) = constraint.scale_kept;
+  const Eigen::Matrix2d turned = Eigen::Rotation2Dd(from.yaw).toRotationMatrix();
+  const Eigen::Matrix2d own = (constraint.xy_weight.transpose() * constraint.xy_weight).inverse();
+  NodeCovariance result = by_from * covariance * by_from.transpose();
+  result.topLeftCorner<2, 2>() += turned * own * turned.transpose();
+  const auto variance = [](double weight) { return 1.0 / (weight * weight); };
+  result(2, 2) += variance(constraint.yaw_weight);
+  result(3, 3) += variance(constraint.scale_weight);
+  result(4, 4) += variance(constraint.z_weight);
+  return result;
+}
+
 double PoseGraph::energy(const Constraint& constraint, double squared) const {
-  return constraint.recall ? kernel_ * kernel_ * std::log1p(squared / (kernel_ * kernel_)) : squared;
+  const double width = kernel_ * constraint.doubt;
+  return constraint.recall ? width * width * std::log1p(squared / (width * width)) : squared;
 }
 
 double PoseGraph::weight(const Constraint& constraint, double squared) const {
-  return constraint.recall ? 1.0 / (1.0 + squared / (kernel_ * kernel_)) : 1.0;
+  const double width = kernel_ * constraint.doubt;
+  return constraint.recall ? 1.0 / (1.0 + squared / (width * width)) : 1.0;
 }
 
 double PoseGraph::energy(const std::vector<MapPose>& nodes, std::size_t first, double sum) const {
@@ -113,6 +141,7 @@ double PoseGraph::energy(const std::vector<MapPose>& nodes, std::size_t first, d
 void PoseGraph::save(State& state) const {
   state.set("nodes", nodes_);
   state.set("constraints", constraints_);
+  state.set("evidence", evidence_);
 }
 
 void PoseGraph::load(const State& state) {
@@ -125,6 +154,7 @@ void PoseGraph::load(const State& state) {
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error("state " + state.path() + ": " + error.what());
   }
+  state.get("evidence", loaded.evidence_);
   *this = std::move(loaded);
 }
 

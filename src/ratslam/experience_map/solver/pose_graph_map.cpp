@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "ratslam/common/state.h"
 
@@ -20,8 +21,10 @@ constexpr std::int64_t kGreatestWork = 400000;
 constexpr double kUsualDisagreement = 1.0;
 constexpr double kStrongDisagreement = 5.0;
 
-/// Steps below this share of exp_recall_sigma end the solver's iterations.
+/// Steps below this share of exp_recall_sigma, or of the smallest place a robot may know where that is learned
+/// [m], end the solver's iterations.
 constexpr double kTolerance = 1e-7;
+constexpr double kSmallestPlace = 0.1;
 
 /// A stretch as short as this share of exp_recall_sigma is as uncertain as one of this length.
 constexpr double kShortestStretch = 0.01;
@@ -30,18 +33,32 @@ constexpr double kShortestStretch = 0.01;
 /// error.
 constexpr double kLateralShare = 0.1;
 
+/// Odometry is never believed to be better than this: place [exp_recall_sigma], facing [rad], log-scale.
+constexpr double kLeastError = 1e-3;
+constexpr double kLeastTurnError = 1e-5;
+constexpr double kLeastScaleError = 1e-6;
+
+/// Errors that the steps of an odometry share and none of them can know, over a stretch of one place: relative
+/// to it, and of the facing [rad] (0.2 degrees in 100 places).
+constexpr double kSharedPlaceError = 0.01;
+constexpr double kSharedTurnError = 3e-4;
+
 /// How little is known of a way that nobody measured: place [exp_recall_sigma], facing [rad], log-scale. Just
 /// enough to hold what lies beyond it until a recall says where it is.
 constexpr double kLostPlace = 1000.0;
 constexpr double kLostFacing = 10.0;
 constexpr double kLostScale = 1.0;
 
+double square(double value) { return value * value; }
+
 }  // namespace
 
 PoseGraphMap::PoseGraphMap(const ExperienceMapParams& params)
     : params_(params),
       pose_graph_(params.exp_recall_kernel),
-      solver_(params.exp_scale, params.exp_height, kTolerance * params.exp_recall_sigma) {}
+      solver_(params.exp_scale, params.exp_height,
+              kTolerance * (params.exp_recall_sigma > 0.0 ? params.exp_recall_sigma : kSmallestPlace)),
+      spread_(params.exp_recall_sigma, params.exp_recall_facing_sigma) {}
 
 MapPose PoseGraphMap::framePose(const ExperienceGraph&, std::uint32_t frame) const {
   return pose_graph_.nodes().at(frame);
@@ -49,6 +66,7 @@ MapPose PoseGraphMap::framePose(const ExperienceGraph&, std::uint32_t frame) con
 
 RobotPlace PoseGraphMap::create(const ExperienceGraph& graph, const RobotPlace& robot,
                                 const RecallGeometry* geometry) {
+  if (!nodes_.empty() && !robot.lost) spread_.addSpacing(robot.motion.length);
   const std::uint32_t node =
       nodes_.empty() ? pose_graph_.addNode(graph.experiences().back().pose) : extendChain(robot);
   nodes_.push_back(node);
@@ -78,38 +96,150 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   return {constraint.to, Motion{}};
 }
 
+RobotPlace PoseGraphMap::anchor(const ExperienceGraph&, const RobotPlace& robot) {
+  const RelativePose& moved = robot.motion.pose;
+  const bool still = moved.x == 0.0 && moved.y == 0.0 && moved.z == 0.0 && moved.yaw == 0.0;
+  if (nodes_.empty() || robot.lost || still) return robot;
+  return {extendChain(robot), Motion{}};
+}
+
+void PoseGraphMap::correct(ExperienceGraph& graph, const CorrectedWay& way) {
+  auto& nodes = pose_graph_.nodes();
+  const MapPose start = compose(nodes[way.from], way.before);
+  std::map<std::uint32_t, MapPose> corrected{{way.from, nodes[way.from]}};
+  for (const auto& [frame, pose] : way.frames) {
+    corrected[frame] = compose(start, pose);
+    corrected[frame].log_scale = nodes[frame].log_scale;
+  }
+  // The chain within the stretch follows its new course; how loose its links are is told by what was said of
+  // them then, and the whole by one constraint more.
+  for (Constraint& constraint : pose_graph_.constraints()) {
+    const auto from = corrected.find(constraint.from);
+    const auto to = corrected.find(constraint.to);
+    if (constraint.closes() || from == corrected.end() || to == corrected.end()) continue;
+    constraint.measured = between(from->second, to->second);
+  }
+  for (const auto& [frame, pose] : corrected) nodes[frame] = pose;
+  graph.setPoses([this, &nodes](std::uint32_t id) { return nodes[nodes_[id]]; });
+  if (way.frames.empty()) return;
+  solver_.abandon();
+  pose_graph_.reweighed();
+  recalled_ = true;
+  if (way.within == 0 || way.frames[way.within - 1].first == way.from) return;
+  Constraint whole;
+  whole.from = way.from;
+  whole.to = way.frames[way.within - 1].first;
+  whole.measured = between(nodes[whole.from], nodes[whole.to]);
+  whole.shortcut = true;
+  whole.scale_weight = 0.0;
+  const Eigen::Matrix2d turned = Eigen::Rotation2Dd(way.before.yaw).toRotationMatrix();
+  setWeights(whole, turned * way.covariance.topLeftCorner<2, 2>() * turned.transpose(), way.covariance(2, 2),
+             way.covariance(3, 3));
+  pose_graph_.addConstraint(whole);
+}
+
+void PoseGraphMap::setWeights(Constraint& constraint, const Eigen::Matrix2d& xy, double z, double yaw) const {
+  const double least = kLeastError * spread_.place();
+  const Eigen::Matrix2d bounded = xy + least * least * Eigen::Matrix2d::Identity();
+  constraint.xy_weight = bounded.llt().matrixL().solve(Eigen::Matrix2d::Identity());
+  constraint.z_weight = 1.0 / std::sqrt(z + least * least);
+  constraint.yaw_weight = 1.0 / std::sqrt(yaw + kLeastTurnError * kLeastTurnError);
+}
+
 std::uint32_t PoseGraphMap::extendChain(const RobotPlace& robot) {
+  const MapPose& from = pose_graph_.nodes()[robot.frame];
+  MapPose end = compose(from, robot.motion.pose);
+  end.log_scale *= robot.motion.error.scale_kept;
+  Constraint chain = chainConstraint(robot);
+  newest_covariance_ = carried(chain, newest_covariance_);
+  chain.to = pose_graph_.addNode(end);
+  pose_graph_.addConstraint(chain);
+  return chain.to;
+}
+
+std::optional<Eigen::Matrix4d> PoseGraphMap::covariance(const RobotPlace& robot) const {
+  if (nodes_.empty()) return std::nullopt;
+  const NodeCovariance all = carried(chainConstraint(robot), newest_covariance_);
+  const int parts[] = {0, 1, 4, 2};
+  Eigen::Matrix4d covariance;
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) covariance(row, column) = all(parts[row], parts[column]);
+  }
+  return covariance;
+}
+
+NodeCovariance PoseGraphMap::carried(const Constraint& constraint, const NodeCovariance& covariance) const {
+  NodeCovariance end = PoseGraph::propagate(constraint, pose_graph_.nodes()[constraint.from], covariance);
+  if (!params_.exp_scale) {  // the unit is taken as it is
+    end.row(3).setZero();
+    end.col(3).setZero();
+  }
+  return end;
+}
+
+void PoseGraphMap::takeCovariance() {
+  const auto known = solver_.newestCovariance();
+  if (!known) return;
+  newest_covariance_ = known->second;
+  // The chain that has been appended since.
+  for (const Constraint& constraint : pose_graph_.constraints()) {
+    if (constraint.closes() || constraint.from < known->first) continue;
+    newest_covariance_ = carried(constraint, newest_covariance_);
+  }
+}
+
+Constraint PoseGraphMap::chainConstraint(const RobotPlace& robot) const {
+  const MotionError& error = robot.motion.error;
   Constraint chain;
   chain.from = robot.frame;
-  chain.to = pose_graph_.addNode(compose(pose_graph_.nodes()[robot.frame], robot.motion.pose));
   chain.measured = robot.motion.pose;
-  // Random walks: variances grow with the way driven.
-  const double place = params_.exp_recall_sigma;
-  const double stretches = std::sqrt(std::max(robot.motion.length / place, kShortestStretch));
-  chain.xy_weight = Eigen::Matrix2d::Identity() / (params_.exp_odometry_sigma * place * stretches);
-  chain.z_weight = 1.0 / (params_.exp_odometry_sigma * place * stretches);
-  chain.yaw_weight = 1.0 / (params_.exp_rotation_sigma * stretches);
-  chain.scale_weight = 1.0 / (params_.exp_scale_sigma * stretches);
+  // Where the source says nothing of its errors they are random walks: variances grow with the way driven.
+  const double place = spread_.place();
+  const auto stretches = [place](double length) {
+    return std::sqrt(std::max(length / place, kShortestStretch));
+  };
+  if (error.said_length == 0.0) {
+    const double unsaid = stretches(robot.motion.length);
+    chain.xy_weight = Eigen::Matrix2d::Identity() / (params_.exp_odometry_sigma * place * unsaid);
+    chain.z_weight = 1.0 / (params_.exp_odometry_sigma * place * unsaid);
+    chain.yaw_weight = 1.0 / (params_.exp_rotation_sigma * unsaid);
+  } else {
+    // What a source says of its steps leaves out what all of them share (a lens, a mounting, a wheel).
+    const double unsaid = std::max(robot.motion.length - error.said_length, 0.0) / place;
+    const double shared = robot.motion.length / place;
+    const double place_variance =
+        place * place * (square(params_.exp_odometry_sigma) * unsaid + square(kSharedPlaceError) * shared);
+    setWeights(chain, error.covariance.topLeftCorner<2, 2>() + place_variance * Eigen::Matrix2d::Identity(),
+               error.covariance(2, 2) + place_variance,
+               error.covariance(3, 3) + square(params_.exp_rotation_sigma) * unsaid +
+                   square(kSharedTurnError) * shared);
+  }
+  chain.scale_kept = error.scale_kept;
+  const double unsaid_way = std::max(robot.motion.length - error.said_scale_length, 0.0);
+  const bool scale_said = error.said_scale_length > 0.0 || error.scale_variance > 0.0;
+  const double unsaid_scale =
+      params_.exp_scale_sigma * (scale_said ? std::sqrt(unsaid_way / place) : stretches(unsaid_way));
+  chain.scale_weight = 1.0 / (scale_said ? std::sqrt(error.scale_variance + unsaid_scale * unsaid_scale +
+                                                     kLeastScaleError * kLeastScaleError)
+                                         : unsaid_scale);
   if (robot.lost) {
     chain.xy_weight = Eigen::Matrix2d::Identity() / (kLostPlace * place);
     chain.z_weight = 1.0 / (kLostPlace * place);
     chain.yaw_weight = 1.0 / kLostFacing;
     chain.scale_weight = 1.0 / kLostScale;
   }
-  pose_graph_.addConstraint(chain);
-  return chain.to;
+  return chain;
 }
 
 Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relative_rad,
                                           const RecallGeometry* geometry) const {
-  const double place = params_.exp_recall_sigma;
+  const double place = spread_.place();
   Constraint constraint;
   constraint.recall = true;
   constraint.from = nodes_[experience];
   constraint.measured.yaw = wrapAngle(relative_rad);
-  constraint.xy_weight /= place;
-  constraint.z_weight = 1.0 / place;
-  constraint.yaw_weight = 1.0 / params_.exp_recall_facing_sigma;
+  spread_.weigh(constraint);
+  constraint.vague = geometry == nullptr;
   if (geometry == nullptr) return constraint;
 
   const TemplateOffset& offset = offsets_[experience];
@@ -144,11 +274,23 @@ void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) {
 void PoseGraphMap::resume(ExperienceGraph& graph) {
   const double share =
       std::clamp((disagreement_ - kUsualDisagreement) / (kStrongDisagreement - kUsualDisagreement), 0.0, 1.0);
+  if (solver_.settled(pose_graph_)) return;
   work(graph, kLeastWork + static_cast<std::int64_t>(share * share * static_cast<double>(kGreatestWork)));
 }
 
 void PoseGraphMap::settle(ExperienceGraph& graph) {
-  while (!solver_.settled(pose_graph_)) work(graph, std::numeric_limits<std::int64_t>::max());
+  do {
+    while (!solver_.complete(pose_graph_)) work(graph, std::numeric_limits<std::int64_t>::max());
+  } while (learnSpread());
+}
+
+bool PoseGraphMap::learnSpread() {
+  if (!spread_.learn(pose_graph_)) return false;
+  for (Constraint& constraint : pose_graph_.constraints()) {
+    if (constraint.vague) spread_.weigh(constraint);
+  }
+  pose_graph_.reweighed();
+  return true;
 }
 
 void PoseGraphMap::save(State& state) const {
@@ -156,6 +298,8 @@ void PoseGraphMap::save(State& state) const {
   solver_.save(state.child("solver"));
   state.set("nodes", nodes_);
   state.set("offsets", offsets_);
+  state.set("spread", spread_);
+  state.set("newest_covariance", newest_covariance_);
   state.set("recalled", recalled_);
   state.set("disagreement", disagreement_);
 }
@@ -165,6 +309,8 @@ void PoseGraphMap::load(const State& state) {
   solver_.load(state.child("solver"), pose_graph_);
   state.get("nodes", nodes_);
   state.get("offsets", offsets_);
+  state.get("spread", spread_);
+  state.get("newest_covariance", newest_covariance_);
   state.get("recalled", recalled_);
   state.get("disagreement", disagreement_);
   const std::size_t frames = pose_graph_.nodes().size();
@@ -175,10 +321,13 @@ void PoseGraphMap::load(const State& state) {
 }
 
 void PoseGraphMap::work(ExperienceGraph& graph, std::int64_t amount) {
-  if (solver_.settled(pose_graph_)) return;
   if (!solver_.advance(pose_graph_, amount)) return;
   // What the last step moved tells how far the map was, and so about how far it still is, from the optimum.
-  disagreement_ = solver_.settled(pose_graph_) ? 0.0 : solver_.lastStep() / params_.exp_recall_sigma;
+  disagreement_ = solver_.settled(pose_graph_) ? 0.0 : solver_.lastStep() / spread_.place();
+  if (solver_.settled(pose_graph_)) {
+    takeCovariance();
+    learnSpread();
+  }
   graph.setPoses([this](std::uint32_t id) { return pose_graph_.nodes()[nodes_[id]]; });
 }
 

@@ -28,8 +28,11 @@ class PoseGraphSolver::Iteration {
   Iteration& operator=(const Iteration&) = delete;
   virtual ~Iteration() = default;
   virtual bool settled(const PoseGraph& graph) const = 0;
+  virtual bool complete(const PoseGraph& graph) const = 0;
   virtual bool advance(PoseGraph& graph, std::int64_t work) = 0;
+  virtual void abandon() = 0;
   virtual double lastStep() const = 0;
+  virtual std::optional<std::pair<std::uint32_t, NodeCovariance>> newestCovariance() const = 0;
   virtual void save(State& state) const = 0;
   virtual void load(const State& state, const PoseGraph& graph) = 0;
 };
@@ -42,13 +45,34 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
       : components_(components), tolerance_(tolerance) {}
 
   bool settled(const PoseGraph& graph) const override {
-    return stage_ == Stage::kIdle && recalls_ == graph.recalls();
+    return stage_ == Stage::kIdle && evidence_ == graph.evidence();
   }
+
+  bool complete(const PoseGraph& graph) const override {
+    return settled(graph) && (evidence_ == 0 || constraints_ == graph.constraints().size());
+  }
+
+  void abandon() override { stage_ = Stage::kIdle; }
 
   double lastStep() const override { return last_step_; }
 
+  std::optional<std::pair<std::uint32_t, NodeCovariance>> newestCovariance() const override {
+    if (!at_optimum_ || nodes_ < 2) return std::nullopt;
+    const Block block = cholesky_.inverseAt(structure_.position[nodes_ - 2]);
+    NodeCovariance covariance = NodeCovariance::Zero();
+    for (int column = 0; column < Size; ++column) {
+      for (int row = 0; row < Size; ++row) {
+        covariance(components_[static_cast<std::size_t>(row)],
+                   components_[static_cast<std::size_t>(column)]) = block(row, column);
+      }
+    }
+    return std::make_pair(nodes_ - 1, covariance);
+  }
+
   bool advance(PoseGraph& graph, std::int64_t work) override {
     bool moved = false;
+    // Asked for work on a settled graph: to the optimum of what has been appended since, too.
+    if (settled(graph) && !complete(graph)) order(graph, balance_);
     // Ordering and stepping are not sliced: what they overdraw is paid for by the slices to come.
     balance_ = std::min<std::int64_t>(balance_, 0) + work;
     while (balance_ > 0 && !settled(graph)) {
@@ -74,10 +98,10 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     const bool working = stage_ != Stage::kIdle;
     state.set("stage", stage_);
     state.set("balance", balance_);
-    state.set("recalls", static_cast<std::uint64_t>(recalls_));
+    state.set("evidence", static_cast<std::uint64_t>(evidence_));
     state.set("last_step", last_step_);
     state.set("nodes", working ? nodes_ : 0U);
-    state.set("constraints", static_cast<std::uint64_t>(working ? constraints_ : 0));
+    state.set("constraints", static_cast<std::uint64_t>(constraints_));
     state.set("next_constraint", static_cast<std::uint64_t>(working ? next_constraint_ : 0));
     state.set("columns", working ? cholesky_.columnsDone() : 0U);
     state.set("damping", working ? damping_ : 0.0);
@@ -89,7 +113,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     };
     state.get("nodes", nodes_);
     constraints_ = count("constraints");
-    recalls_ = count("recalls");
+    evidence_ = count("evidence");
     const std::size_t linearised = count("next_constraint");
     const auto columns = state.get<std::uint32_t>("columns");
     const auto stage = state.get<Stage>("stage");
@@ -122,7 +146,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   void order(const PoseGraph& graph, std::int64_t& work) {
     nodes_ = static_cast<std::uint32_t>(graph.nodes().size());
     constraints_ = graph.constraints().size();
-    recalls_ = graph.recalls();
+    evidence_ = graph.evidence();
     orderUnknowns(graph);
     damping_ = 0.0;
     work -= kWorkPerOrderedNode * nodes_;
@@ -142,6 +166,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   }
 
   void startLinearising() {
+    at_optimum_ = false;
     cholesky_.reset(structure_);
     gradient_.assign(structure_.columns(), Vector::Zero());
     next_constraint_ = 0;
@@ -160,6 +185,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   }
 
   void damp() {
+    factored_damping_ = damping_;
     for (std::uint32_t k = 0; k < nodes_ - 1 && damping_ > 0.0; ++k) {
       cholesky_.diagonal(k).diagonal() *= 1.0 + damping_;
     }
@@ -237,7 +263,8 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   }
 
   void finishStep(const PoseGraph& graph, bool converged) {
-    if (converged || graph.recalls() != recalls_) {
+    at_optimum_ = converged && factored_damping_ == 0.0 && cholesky_.definite();
+    if (converged || graph.evidence() != evidence_) {
       stage_ = Stage::kIdle;
     } else {
       startLinearising();
@@ -284,11 +311,13 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   std::int64_t balance_ = 0;  ///< work left, negative where more was done than allowed
   std::uint32_t nodes_ = 0;
   std::size_t constraints_ = 0;
-  std::size_t recalls_ = 0;
+  std::size_t evidence_ = 0;
   std::size_t next_constraint_ = 0;
   double energy_ = 0.0;  ///< of the constraints linearised so far
   double damping_ = 0.0;
   double last_step_ = 0.0;
+  double factored_damping_ = 0.0;
+  bool at_optimum_ = false;  ///< the factor is that of the optimum last reached
   BlockStructure structure_;
   BlockCholesky<Size> cholesky_;
   std::vector<Vector> gradient_;
@@ -310,6 +339,14 @@ bool PoseGraphSolver::settled(const PoseGraph& graph) const { return iteration_-
 
 bool PoseGraphSolver::advance(PoseGraph& graph, std::int64_t work) {
   return iteration_->advance(graph, work);
+}
+
+bool PoseGraphSolver::complete(const PoseGraph& graph) const { return iteration_->complete(graph); }
+
+void PoseGraphSolver::abandon() { iteration_->abandon(); }
+
+std::optional<std::pair<std::uint32_t, NodeCovariance>> PoseGraphSolver::newestCovariance() const {
+  return iteration_->newestCovariance();
 }
 
 double PoseGraphSolver::lastStep() const { return iteration_->lastStep(); }

@@ -85,6 +85,13 @@ BestShift compareProfiles(const std::vector<double>& before, const std::vector<d
   return result;
 }
 
+/// The profile difference measures speed only as well as vtrans_scaling suits the scene: about a quarter of
+/// it.
+constexpr double kSpeedError = 0.25;
+constexpr double kSmallestSpeedError = 0.1;  // [m/s]
+/// Axes that a planar odometry holds at zero by assumption.
+constexpr double kAssumedVariance = 1e-6;
+
 }  // namespace
 
 void ProfileOdometryParams::validate() const { checkBounds(*this); }
@@ -146,6 +153,7 @@ OdometrySample ProfileOdometry::track(Stamp stamp, const cv::Mat& image) {
     const BestShift change = compareProfiles(previous_->translation, view.translation, false);
     sample.yaw_rate = turn.shift * degreesToRadians(params_.fov_deg) / image.cols / dt;
     sample.speed = std::min(change.difference * params_.vtrans_scaling, params_.vtrans_max);
+    sample.covariance = covariance(sample.speed, image.cols, dt);
   }
   finish(sample, dt);
   previous_ = std::move(view);
@@ -169,6 +177,15 @@ void ProfileOdometry::restart() {
   previous_.reset();
   bridged_to_.reset();
   speed_ = 0.0;
+}
+
+TwistCovariance ProfileOdometry::covariance(double speed, int image_columns, double dt) const {
+  const double speed_error = std::max(kSmallestSpeedError, kSpeedError * speed);
+  const double yaw_rate_error = degreesToRadians(params_.fov_deg) / image_columns / dt;  // one pixel
+  TwistCovariance covariance = TwistCovariance::Identity() * kAssumedVariance;
+  covariance(0, 0) = speed_error * speed_error;
+  covariance(5, 5) = yaw_rate_error * yaw_rate_error;
+  return covariance;
 }
 
 double ProfileOdometry::secondsSince(Stamp before, Stamp now) const {
