@@ -22,7 +22,7 @@ void say(const std::string& text) { std::cerr << "ratslam_run: " << text << '\n'
 std::optional<CameraModel> chooseCamera(const RunOptions& options, const PipelineParams& params,
                                         const Recording& recording) {
   if (!options.calibration.empty()) return readCalibration(options.calibration);
-  return params.camera.model() ? params.camera.model() : cameraOf(recording);
+  return params.camera.model() ? params.camera.model() : recording.camera();
 }
 
 std::unique_ptr<Recording> openWithOdometry(const RunOptions& options, const PipelineParams& params,
@@ -40,6 +40,8 @@ std::unique_ptr<Pipeline> makePipeline(const RunOptions& options, const Pipeline
   // A calibration that nobody needs may be missing or malformed.
   const bool needed = kind.needs_camera || params.recall_geometry.verifies();
   const auto camera = needed ? chooseCamera(options, params, recording) : std::nullopt;
+  const auto doubt = camera ? camera->doubt() : std::nullopt;
+  if (doubt) say(options.input + ": " + *doubt);
   std::unique_ptr<OdometrySource> source;
   if (kind.origin == OdometryOrigin::kImages) source = params.odometry.make(kind, camera);
   return std::make_unique<Pipeline>(params, std::move(source), camera);
@@ -65,6 +67,7 @@ OfflineRun::OfflineRun(const RunOptions& options)
   const OdometryRegistry odometries = standardOdometry();
   const OdometryKind& kind = odometries.find(options.odometry);
   recording_ = openWithOdometry(options, params_, kind);
+  for (const std::string& remark : recording_->remarks()) say(remark);
   pipeline_ = makePipeline(options, params_, kind, *recording_);
   snapshots_ = PoseCellSnapshots(chooseMoments(options, totalFrames()));
   log_ = std::make_unique<RunLog>(options.out);

@@ -59,12 +59,16 @@ po::options_description describe(RunOptions& options) {
       "recorder's folder: turn the images clockwise by 90, 180 or 270 degrees; the calibration is of turned "
       "ones");
   add("set", po::value(&options.assignments)->composing(), "key=value, overrides the configuration");
-  add("max-frames", po::value(&options.max_frames)->default_value(0), "stop after so many images");
+  add("max-frames", po::value<long long>()->default_value(0), "stop after so many images");
   add("video", po::value(&options.video),
       ".mp4 or .avi file to show the run in: views and templates, pose cells, map; at camera_hz");
   add("pose-cells-at", po::value(&options.pose_cells_at),
       "times [s] at which to keep the pose cells' activity for pictures, such as 10,20.5 (default: six "
       "moments spread evenly)");
+  add("image-folder", po::value(&options.recording.image_folder),
+      "KITTI sequence: folder of its images, such as image_2 (with P2 of calib.txt), or . for the sequence's "
+      "own "
+      "(default: image_0)");
   add("image-topic", po::value(&options.recording.image_topic),
       "bag: image topic, raw or compressed (default: the only one)");
   add("odometry-topic", po::value(&options.recording.odometry_topic),
@@ -96,8 +100,11 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
   }
   if (options.input.empty() || options.out.empty())
     throw std::invalid_argument("INPUT and --out are needed; see --help");
+  const auto most = values["max-frames"].as<long long>();
+  if (most < 0) throwBadValue("--max-frames", most, "it must be 0 (all) or above");
+  options.max_frames = static_cast<std::size_t>(most);
   if (options.decode_threads < 1 || options.decode_threads > kMostDecodeThreads) {
-    throwBadValue("decode-threads", options.decode_threads,
+    throwBadValue("--decode-threads", options.decode_threads,
                   "it must lie within [1, " + std::to_string(kMostDecodeThreads) + "]");
   }
   return options;

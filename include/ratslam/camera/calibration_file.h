@@ -1,5 +1,6 @@
-/// A camera's intrinsics in a hand-written file: image_width, image_height, fx, fy, cx, cy and the plumb bob
-/// distortion k1, k2, p1, p2, k3, as config/calibration/phone_example.yaml. scripts/recorder_to_bag reads the
+/// A camera's intrinsics in a file: hand-written (image_width, image_height, fx, fy, cx, cy and the plumb bob
+/// distortion k1, k2, p1, p2, k3, as config/calibration/phone_example.yaml), or as ROS's camera_calibration and
+/// OpenCV leave it (camera_matrix, distortion_model, distortion_coefficients). scripts/recorder_to_bag reads the
 /// same.
 #pragma once
 

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,10 @@ struct CameraModel {
   /// @throws std::invalid_argument naming what is wrong.
   void validate() const;
 
+  /// What makes it likely that the calibration belongs to images of another size or cut: a principal point far
+  /// from the middle. None where it does not.
+  std::optional<std::string> doubt() const;
+
   /// Raw pixels to undistorted pixels. Points the lens model cannot have produced come back as near as
   /// Newton's method gets; they are finite always.
   std::vector<Eigen::Vector2d> undistort(const std::vector<Eigen::Vector2d>& raw) const;
@@ -69,5 +74,10 @@ struct CameraModel {
     return k;
   }
 };
+
+/// The camera of a calibration file or message, validated. A lens all of whose coefficients are zero is none;
+/// zeros behind those that its model has are dropped.
+/// @throws std::invalid_argument naming what is wrong
+CameraModel makeCamera(CameraModel pinhole, const std::string& lens_name, std::vector<double> coefficients);
 
 }  // namespace ratslam

@@ -36,13 +36,14 @@ struct CameraParams {
   /// @throws std::invalid_argument naming key, value and requirement
   void validate() const {
     checkBounds(*this);
-    if (fx > 0.0) model()->validate();
+    lensModelFromName(distortion_model);
+    if (fx > 0.0) model();
   }
 
   /// The calibration, where one is given.
   std::optional<CameraModel> model() const {
     if (fx <= 0.0) return std::nullopt;
-    return CameraModel{width, height, fx, fy, cx, cy, lensModelFromName(distortion_model), distortion};
+    return makeCamera({width, height, fx, fy, cx, cy, LensModel::kNone, {}}, distortion_model, distortion);
   }
 };
 

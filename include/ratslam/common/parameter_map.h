@@ -30,7 +30,7 @@ class ParameterMap {
   /// @param remarks  gets a line for everything that is left out or implied
   /// @throws std::runtime_error naming file, line and reason
   static ParameterMap fromIni(const std::string& path, std::vector<std::string>* remarks = nullptr);
-  /// By the file's ending: .txt and .ini are OpenRatSLAM's, everything else is YAML.
+  /// By its first line, whatever its name: a [section] or key=value begins OpenRatSLAM's ini, all else is YAML.
   static ParameterMap fromFile(const std::string& path, std::vector<std::string>* remarks = nullptr);
 
   /// OpenRatSLAM's second spelling vt_patch_normalisation is stored under the first.

@@ -1,7 +1,9 @@
 /// A sequence folder of the KITTI odometry benchmark: image_0/000000.png (or .jpg), times.txt, calib.txt.
+///
+/// An image that is missing gets no other image's time (timesOf). calib.txt is read only when the camera is
+/// asked for: P0, or P_rect_00 as the raw drives name it, wherever it stands; of image_2 it is P2.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,24 +15,24 @@ namespace ratslam {
 
 class KittiFolder : public Recording {
  public:
-  /// @throws std::runtime_error naming the file or folder that is missing, empty or malformed, or where
-  /// images and
-  ///         times.txt do not have the same number
-  explicit KittiFolder(const std::string& folder, const ImageLimits& limits = {});
+  /// @param image_folder  the folder of images within `folder`; "." where they lie in it itself
+  /// @throws std::runtime_error naming the file or folder that is missing, empty or malformed, and times that
+  /// do not rise or do not tell which image is whose
+  explicit KittiFolder(const std::string& folder, const std::string& image_folder = "image_0",
+                       const ImageLimits& limits = {});
 
   std::optional<RecordedItem> next() override;
   std::size_t imageCount() const override { return images_.size(); }
-
-  /// First row of calib.txt: projection of the left grey camera, 3x4 row by row, where the file is there.
-  std::optional<std::array<double, 12>> projection() const { return projection_; }
-
-  /// Size of the first image that tells it [px]. @throws std::runtime_error where none does
-  cv::Size imageSize() const;
+  /// None without calib.txt. @throws std::runtime_error naming the file where it has no usable projection
+  std::optional<CameraModel> camera() const override;
 
  private:
+  cv::Size imageSize() const;
+
+  std::string folder_;
+  int camera_number_ = 0;
   std::vector<std::string> images_;
   std::vector<Stamp> stamps_;
-  std::optional<std::array<double, 12>> projection_;
   ImageLimits limits_;
   std::size_t next_ = 0;
 };

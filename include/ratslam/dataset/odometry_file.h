@@ -38,6 +38,8 @@ class RecordingWithOdometry : public Recording {
 
   std::optional<RecordedItem> next() override;
   std::size_t imageCount() const override { return images_->imageCount(); }
+  std::optional<CameraModel> camera() const override { return images_->camera(); }
+  std::vector<std::string> remarks() const override { return images_->remarks(); }
 
  private:
   std::unique_ptr<Recording> images_;

@@ -3,7 +3,8 @@
 /// `data_image.txt` has lines `ms,images/<ms>.jpeg` (Unix milliseconds at the camera's callback). Older
 /// recordings have no such index and name their images by nanoseconds: then the names tell the time. Lines
 /// may be out of order, cut off (those are left out), and stamps may repeat: images are handed out by stamp,
-/// of equal ones only the first by name that is there. scripts/recorder_to_bag chooses the same.
+/// of equal ones only the first by name that is there. A clock that was set back while it ran is an error.
+/// scripts/recorder_to_bag chooses the same.
 #pragma once
 
 #include <string>
@@ -26,9 +27,18 @@ class RecorderFolder : public Recording {
 
   std::optional<RecordedItem> next() override;
   std::size_t imageCount() const override { return images_.size(); }
+  std::vector<std::string> remarks() const override { return remarks_; }
 
  private:
-  std::vector<std::pair<Stamp, std::string>> images_;  ///< stamp and path, by stamp
+  using StampedPath = std::pair<Stamp, std::string>;
+
+  void readIndex(const std::string& folder, const std::string& path);
+  void readNames(const std::string& folder);
+  void sortByStamp();
+
+  std::vector<StampedPath> images_;  ///< by stamp
+  std::vector<std::string> remarks_;
+  std::string malformed_;  ///< the first line that is none, for the message where there is no other
   std::size_t next_ = 0;
   int quarter_turns_ = 0;  ///< clockwise
   ImageLimits limits_;

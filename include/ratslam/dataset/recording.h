@@ -16,6 +16,7 @@
 #include <variant>
 #include <vector>
 
+#include "ratslam/camera/camera_model.h"
 #include "ratslam/odometry/odometry.h"
 
 namespace ratslam {
@@ -35,6 +36,11 @@ class Recording {
   virtual std::optional<RecordedItem> next() = 0;
   /// How many images it has in all.
   virtual std::size_t imageCount() const = 0;
+  /// The calibration that it brings along, where it has one. @throws std::exception naming file or topic where
+  /// that is malformed: to be asked for by those alone who need it
+  virtual std::optional<CameraModel> camera() const { return std::nullopt; }
+  /// What was found odd in it and passed over, a line each.
+  virtual std::vector<std::string> remarks() const { return {}; }
 };
 
 struct DecodedImage {

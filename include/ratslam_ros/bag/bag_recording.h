@@ -34,11 +34,13 @@ class BagRecording : public Recording {
 
   const BagTopics& topics() const { return topics_; }
 
-  /// Calibration in the first camera_info message beside the images, where there is one.
-  /// @throws std::invalid_argument where that message holds none
-  std::optional<CameraModel> camera() const;
+  /// Calibration in the first usable camera_info message beside the images; none without such a topic.
+  /// @throws std::runtime_error naming bag, topic and reason where no message of it is usable
+  std::optional<CameraModel> camera() const override;
 
  private:
+  cv::Size firstImageSize() const;
+
   std::string path_;
   BagTopics topics_;
   ImageLimits limits_;

@@ -12,6 +12,7 @@
 #include "ratslam_ros/RecallGeometry.h"
 #include "ratslam_ros/support/decision_source.h"
 #include "ratslam_ros/support/map_publisher.h"
+#include "ratslam_ros/support/message_guard.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
 
@@ -47,6 +48,7 @@ class MapNode {
   DecisionSource source_;
   SyncTimeout silence_;
   GoalStatus goal_status_ = GoalStatus::kNone;
+  MessageGuard guard_;
   CountedWarning bad_decision_;
   CountedWarning went_on_without_;
   CountedWarning time_went_back_;

@@ -8,6 +8,7 @@
 #include "ratslam/view/draw_activity.h"
 #include "ratslam_ros/ViewTemplate.h"
 #include "ratslam_ros/support/lazy_picture.h"
+#include "ratslam_ros/support/message_guard.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
 #include "ratslam_ros/support/start_gate.h"
@@ -35,6 +36,7 @@ class PoseCellNode {
   OdometrySubscriber odometry_;
   StreamWatch views_watch_;
   SyncTimeout odometry_timeout_;
+  MessageGuard guard_;
   CountedWarning went_on_without_;
   CountedWarning time_went_back_;
   CountedWarning late_;

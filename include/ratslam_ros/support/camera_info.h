@@ -1,14 +1,23 @@
-/// sensor_msgs/CameraInfo as the core's camera model.
+/// A camera's calibration out of sensor_msgs/CameraInfo.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
+
+#include <opencv2/core.hpp>
+#include <string>
 
 #include "ratslam/camera/camera_model.h"
 
 namespace ratslam {
 
-/// The calibration of the image as it comes: K, D and the distortion model.
-/// @throws std::invalid_argument where the message holds no calibration (K all zero) or an unknown model
-CameraModel cameraFromMessage(const sensor_msgs::CameraInfo& message);
+/// Whether a topic's images are rectified, by the name that image_proc gives it: image_rect, image_rect_color.
+bool isRectifiedTopic(const std::string& image_topic);
+
+/// @param rectified   the images are rectified: their camera is P, which has no lens; else K and D
+/// @param image_size  of the images [px], for messages without one; a message that holds P alone is of rectified
+///                    images
+/// @throws std::invalid_argument where the message holds no usable calibration
+CameraModel cameraFromMessage(const sensor_msgs::CameraInfo& message, bool rectified = false,
+                              const cv::Size& image_size = {});
 
 }  // namespace ratslam

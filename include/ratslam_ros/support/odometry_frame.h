@@ -14,7 +14,8 @@ namespace ratslam {
 
 class OdometryFrame {
  public:
-  /// Appends a sample. Not finite ones and repeated stamps are left out; a stamp that goes back starts anew.
+  /// Appends a sample. Not finite ones and repeated stamps are left out; a stamp that goes back starts anew. Of
+  /// very many samples that nobody asks about the oldest are forgotten.
   void add(const OdometrySample& sample);
 
   /// Position and yaw at `stamp`; none before the first sample and after the newest. Earlier stamps are

@@ -14,7 +14,9 @@ namespace ratslam {
 /// Whether the ROS master knows a publisher of that topic, a resolved name.
 bool isPublished(const std::string& topic);
 
-/// Topics somebody publishes that may be meant by `topic`: of the same type, or whose name ends alike.
+/// Topics somebody publishes that may be meant by `topic`: of the same type, or whose name ends alike. The same
+/// images in another transport come first, with the parameter that reads them; pictures that nodes of this package
+/// draw are none.
 std::vector<std::string> similarTopics(const std::string& topic, const std::string& type,
                                        const std::vector<ros::master::TopicInfo>& published);
 

@@ -1,10 +1,14 @@
 #include "ratslam/camera/calibration_file.h"
 
-#include <algorithm>
+#include <yaml-cpp/yaml.h>
+
 #include <array>
+#include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "ratslam/common/parameter_map.h"
+#include "ratslam/common/text_file.h"
 
 namespace ratslam {
 namespace {
@@ -32,31 +36,89 @@ struct Intrinsics {
   void validate() const { checkBounds(*this); }
 };
 
-CameraModel modelOf(const ParameterMap& map) {
-  Intrinsics camera;
-  map.read(camera);
-  CameraModel model{camera.width, camera.height, camera.fx,        camera.fy,
-                    camera.cx,    camera.cy,     LensModel::kNone, {}};
-  if (std::any_of(camera.distortion.begin(), camera.distortion.end(), [](double k) { return k != 0.0; })) {
-    model.model = LensModel::kPlumbBob;
-    model.coefficients.assign(camera.distortion.begin(), camera.distortion.end());
-  }
-  model.validate();
-  return model;
-}
-
-}  // namespace
-
-CameraModel readCalibration(const std::string& path) {
+CameraModel readOwnForm(const std::string& path) {
   const ParameterMap map = ParameterMap::fromYaml(path);
   map.rejectUnknown(keysOf<Intrinsics>());
   for (const char* key : {"image_width", "image_height", "fx", "fy", "cx", "cy"}) {
     if (!map.has(key)) throw std::runtime_error(path + ": no " + key + ", without which there is no camera");
   }
+  Intrinsics camera;
+  map.read(camera);
+  return makeCamera(
+      {camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, LensModel::kNone, {}},
+      "plumb_bob", {camera.distortion.begin(), camera.distortion.end()});
+}
+
+double numberIn(const YAML::Node& node, const std::string& key) {
   try {
-    return modelOf(map);
+    const auto number = node.as<double>();
+    if (std::isfinite(number)) return number;
+  } catch (const YAML::Exception&) {  // told below
+  }
+  throw std::invalid_argument(key + ": '" + (node.IsScalar() ? shown(node.Scalar()) : "a list") +
+                              "' is not a finite number");
+}
+
+/// The numbers of `key: {rows, cols, data: [...]}`.
+std::vector<double> dataIn(const YAML::Node& root, const std::string& key) {
+  const YAML::Node entry = root[key];
+  const YAML::Node data = entry.IsMap() ? entry["data"] : entry;
+  if (!data.IsDefined() || !data.IsSequence())
+    throw std::invalid_argument(key + ": 'data: [...]' is expected");
+  std::vector<double> numbers;
+  for (const auto& element : data) numbers.push_back(numberIn(element, key));
+  return numbers;
+}
+
+int sizeIn(const YAML::Node& root, const std::string& key) {
+  if (!root[key].IsDefined()) throw std::invalid_argument("no " + key);
+  const double number = numberIn(root[key], key);
+  if (number != std::floor(number) || number < 1.0 || number > 65535.0) {
+    throwBadValue(key, number, "it must be a whole number within [1, 65535]");
+  }
+  return static_cast<int>(number);
+}
+
+CameraModel readRosForm(const YAML::Node& root) {
+  const std::vector<double> k = dataIn(root, "camera_matrix");
+  if (k.size() != 9) throwBadValue("camera_matrix", k.size(), "9 numbers are expected");
+  const std::string model =
+      root["distortion_model"].IsDefined() ? root["distortion_model"].as<std::string>() : "plumb_bob";
+  const bool bends = root["distortion_coefficients"].IsDefined();
+  return makeCamera({sizeIn(root, "image_width"),
+                     sizeIn(root, "image_height"),
+                     k[0],
+                     k[4],
+                     k[2],
+                     k[5],
+                     LensModel::kNone,
+                     {}},
+                    model, bends ? dataIn(root, "distortion_coefficients") : std::vector<double>{});
+}
+
+/// The file's root where it has a matrix in it, as ROS and OpenCV write it.
+std::optional<YAML::Node> rootOfRosForm(const std::string& path) {
+  std::string text = readText(path);
+  const std::string head = "%YAML:";  // OpenCV's, no YAML to others
+  if (text.compare(0, head.size(), head) == 0) text.insert(0, "#");
+  try {
+    const YAML::Node root = YAML::Load(text);
+    if (root.IsMap() && root["camera_matrix"].IsDefined()) return root;
+  } catch (const YAML::Exception&) {  // told, with its line, by whoever reads the other form
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+CameraModel readCalibration(const std::string& path) {
+  try {
+    const auto root = rootOfRosForm(path);
+    return root ? readRosForm(*root) : readOwnForm(path);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(path + ": " + error.what());
+  } catch (const YAML::Exception& error) {
+    throw std::runtime_error(path + ": " + error.msg);
   }
 }
 

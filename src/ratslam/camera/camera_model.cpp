@@ -4,12 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
 #include "ratslam/common/params.h"
 
 namespace ratslam {
 namespace {
 
+constexpr double kMinFocal = 1e-3;  // [px]
+constexpr double kMaxFocal = 1e6;
+constexpr double kMaxSize = 65535;
 constexpr int kMaxNewtonSteps = 15;
 constexpr double kNewtonTolerance = 1e-10;  // squared length of a step, in bearing units
 
@@ -99,12 +103,18 @@ LensModel lensModelFromName(const std::string& name) {
 }
 
 void CameraModel::validate() const {
-  if (width < 1) throwBadValue("camera width", width, "it must be positive");
-  if (height < 1) throwBadValue("camera height in pixels", height, "it must be positive");
-  if (!(fx > 0.0) || !std::isfinite(fx)) throwBadValue("camera fx", fx, "it must be positive");
-  if (!(fy > 0.0) || !std::isfinite(fy)) throwBadValue("camera fy", fy, "it must be positive");
-  if (!std::isfinite(cx)) throwBadValue("camera cx", cx, "it must be finite");
-  if (!std::isfinite(cy)) throwBadValue("camera cy", cy, "it must be finite");
+  const auto within = [](const char* key, double value, double lowest, double highest) {
+    if (value >= lowest && value <= highest) return;
+    std::ostringstream requirement;
+    requirement << "it must lie within [" << lowest << ", " << highest << "] px";
+    throwBadValue(key, value, requirement.str());
+  };
+  within("camera width", width, 1, kMaxSize);
+  within("camera height in pixels", height, 1, kMaxSize);
+  within("camera fx", fx, kMinFocal, kMaxFocal);
+  within("camera fy", fy, kMinFocal, kMaxFocal);
+  within("camera cx", cx, -kMaxFocal, kMaxFocal);
+  within("camera cy", cy, -kMaxFocal, kMaxFocal);
   if (coefficients.size() > coefficientCount(model)) {
     throwBadValue("number of distortion coefficients", coefficients.size(),
                   "the lens model has " + std::to_string(coefficientCount(model)));
@@ -112,6 +122,31 @@ void CameraModel::validate() const {
   for (const double k : coefficients) {
     if (!std::isfinite(k)) throwBadValue("distortion coefficient", k, "it must be finite");
   }
+}
+
+std::optional<std::string> CameraModel::doubt() const {
+  constexpr double kFarFromMiddle = 0.2;  // of the size: half or twice the images' size lies farther
+  if (std::abs(cx / width - 0.5) <= kFarFromMiddle && std::abs(cy / height - 0.5) <= kFarFromMiddle) {
+    return std::nullopt;
+  }
+  std::ostringstream text;
+  text << "the principal point (" << cx << ", " << cy << ") lies far from the middle of images of " << width
+       << "x" << height << " px: is the calibration that of images of another size?";
+  return text.str();
+}
+
+CameraModel makeCamera(CameraModel pinhole, const std::string& lens_name, std::vector<double> coefficients) {
+  pinhole.model = LensModel::kNone;
+  pinhole.coefficients.clear();
+  const bool bends = std::any_of(coefficients.begin(), coefficients.end(), [](double k) { return k != 0.0; });
+  if (bends) {
+    pinhole.model = lensModelFromName(lens_name);
+    const std::size_t count = coefficientCount(pinhole.model);
+    while (coefficients.size() > count && coefficients.back() == 0.0) coefficients.pop_back();
+    pinhole.coefficients = std::move(coefficients);
+  }
+  pinhole.validate();
+  return pinhole;
 }
 
 Eigen::Vector2d CameraModel::undistort(const Eigen::Vector2d& raw) const {

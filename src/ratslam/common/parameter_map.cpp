@@ -6,7 +6,9 @@
 #include <boost/property_tree/ini_parser.hpp>
 #include <boost/property_tree/ptree.hpp>
 #include <cstdlib>
-#include <fstream>
+#include <sstream>
+
+#include "ratslam/common/text_file.h"
 
 namespace ratslam {
 namespace {
@@ -33,8 +35,30 @@ std::string canonicalKey(const std::string& key) {
 /// What OpenRatSLAM does and its configurations therefore need not say.
 const std::map<std::string, std::string> kReferenceArithmetic = {{"exp_solver", "relaxation"}};
 
-void requireReadable(const std::string& path) {
-  if (!std::ifstream(path)) throw std::runtime_error(path + ": cannot open this configuration file");
+bool isOneOf(const std::string& text, const std::vector<std::string>& words) {
+  return std::find(words.begin(), words.end(), text) != words.end();
+}
+
+/// OpenRatSLAM's ini begins with a [section] or a key=value, whatever the file's name; YAML with neither.
+bool looksLikeIni(const std::string& path) {
+  for (const TextLine& line : readLines(path)) {
+    if (line.text.front() == '#' || line.text.front() == ';' || line.text == "---") continue;
+    return line.text.front() == '[' || line.text.find('=') < line.text.find(':');
+  }
+  return false;
+}
+
+/// A value of an ini file without the comment behind it.
+std::string withoutComment(const std::string& value) {
+  for (std::size_t i = 1; i < value.size(); ++i) {
+    const bool blank_before = value[i - 1] == ' ' || value[i - 1] == '\t';
+    if (blank_before && (value[i] == '#' || value[i] == ';')) return trimmed(value.substr(0, i));
+  }
+  return value;
+}
+
+std::string inLine(const std::string& path, int line_from_0) {
+  return line_from_0 < 0 ? path : path + ":" + std::to_string(line_from_0 + 1);
 }
 
 std::size_t editDistance(const std::string& a, const std::string& b) {
@@ -55,10 +79,10 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
 }  // namespace
 
 ParameterMap ParameterMap::fromYaml(const std::string& path) {
-  requireReadable(path);
+  const std::string text = readText(path);
   ParameterMap map;
   try {
-    const YAML::Node root = YAML::LoadFile(path);
+    const YAML::Node root = YAML::Load(text);
     if (root.IsNull()) return map;
     if (!root.IsMap()) throw std::runtime_error(path + ": a configuration is a list of 'key: value' lines");
     for (const auto& entry : root) {
@@ -73,19 +97,20 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
       } else {
         throw std::runtime_error(value.origin + ": " + key + ": neither a value nor a list of values");
       }
+      if (map.has(key)) throw std::runtime_error(value.origin + ": " + key + " is given twice");
       map.set(key, std::move(value));
     }
   } catch (const YAML::Exception& error) {
-    throw std::runtime_error(path + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg);
+    throw std::runtime_error(inLine(path, error.mark.line) + ": " + error.msg);
   }
   return map;
 }
 
 ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::string>* remarks) {
-  requireReadable(path);
+  std::istringstream content(readText(path));
   boost::property_tree::ptree tree;
   try {
-    boost::property_tree::read_ini(path, tree);
+    boost::property_tree::read_ini(content, tree);
   } catch (const boost::property_tree::ini_parser_error& error) {
     throw std::runtime_error(path + ":" + std::to_string(error.line()) + ": " + error.message());
   }
@@ -101,7 +126,7 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
     }
     for (const auto& entry : section.second) {
       ParameterValue value;
-      value.text = entry.second.data();
+      value.text = withoutComment(entry.second.data());
       value.origin = path + " [" + section.first + "]";
       map.set(entry.first, std::move(value));
     }
@@ -121,11 +146,7 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
 }
 
 ParameterMap ParameterMap::fromFile(const std::string& path, std::vector<std::string>* remarks) {
-  const auto ends_with = [&path](const std::string& ending) {
-    return path.size() >= ending.size() &&
-           path.compare(path.size() - ending.size(), ending.size(), ending) == 0;
-  };
-  return ends_with(".txt") || ends_with(".ini") ? fromIni(path, remarks) : fromYaml(path);
+  return looksLikeIni(path) ? fromIni(path, remarks) : fromYaml(path);
 }
 
 void ParameterMap::set(const std::string& key, ParameterValue value) {
@@ -158,9 +179,10 @@ void ParameterMap::rejectUnknown(const std::set<std::string>& known) const {
 }
 
 void ParameterMap::convert(const std::string& key, const ParameterValue& value, bool& field) {
-  if (value.text == "true" || value.text == "1") {
+  // What YAML 1.1, and with it rosparam, takes for a boolean.
+  if (isOneOf(value.text, {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON", "1"})) {
     field = true;
-  } else if (value.text == "false" || value.text == "0") {
+  } else if (isOneOf(value.text, {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF", "0"})) {
     field = false;
   } else {
     throwWrongType(key, value, "true or false");

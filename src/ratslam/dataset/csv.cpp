@@ -1,42 +1,26 @@
 #include "ratslam/dataset/csv.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <sstream>
-#include <stdexcept>
+
+#include "ratslam/common/text_file.h"
 
 namespace ratslam {
 
 std::vector<std::string> splitCsv(const std::string& line) {
   std::vector<std::string> words;
   std::istringstream stream(line);
-  for (std::string word; std::getline(stream, word, ',');) {
-    while (!word.empty() && (word.back() == '\r' || word.back() == ' ')) word.pop_back();
-    words.push_back(word);
-  }
+  for (std::string word; std::getline(stream, word, ',');) words.push_back(trimmed(word));
   return words;
 }
 
 bool parseNumber(const std::string& text, double& number) {
+  const std::string word = trimmed(text);
+  if (word.empty() || word.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
   char* end = nullptr;
-  number = std::strtod(text.c_str(), &end);
-  while (*end == ' ' || *end == '\r' || *end == '\t') ++end;
-  return end != text.c_str() && *end == '\0' && std::isfinite(number);
-}
-
-std::vector<std::string> listImages(const std::string& folder) {
-  namespace fs = std::filesystem;
-  if (!fs::is_directory(folder)) throw std::runtime_error(folder + ": no such folder of images");
-  std::vector<std::string> images;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string ending = entry.path().extension().string();
-    if (ending == ".png" || ending == ".jpg" || ending == ".jpeg") images.push_back(entry.path().string());
-  }
-  std::sort(images.begin(), images.end());
-  if (images.empty()) throw std::runtime_error(folder + ": has no .png or .jpg images");
-  return images;
+  number = std::strtod(word.c_str(), &end);
+  return *end == '\0' && std::isfinite(number);
 }
 
 }  // namespace ratslam

@@ -1,54 +1,87 @@
 #include "ratslam/dataset/kitti_folder.h"
 
-#include <fstream>
+#include <array>
+#include <cmath>
+#include <filesystem>
 #include <sstream>
 #include <stdexcept>
 
+#include "ratslam/common/text_file.h"
 #include "ratslam/dataset/csv.h"
+#include "ratslam/dataset/image_folder.h"
 
 namespace ratslam {
 namespace {
 
+constexpr double kLatestTime = 4294967296.0;  // [s], 2^32: what a stamp of ROS can hold
+
+using Projection = std::array<double, 12>;  // 3x4, row by row
+
 std::vector<Stamp> readTimes(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot open the images' times");
   std::vector<Stamp> stamps;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+  for (const TextLine& line : readLines(path)) {
+    const auto refuse = [&](const std::string& reason) {
+      throw std::runtime_error(path + ":" + std::to_string(line.number) + ": '" + shown(line.text) + "' " +
+                               reason);
+    };
     double seconds = 0.0;
-    if (!parseNumber(line, seconds)) {
-      throw std::runtime_error(path + ":" + std::to_string(number) + ": '" + line +
-                               "' is not a time in seconds");
+    if (!parseNumber(line.text, seconds)) {
+      const bool comma = line.text.find(',') != std::string::npos;
+      refuse(comma ? "is not a time in seconds; write decimals with points" : "is not a time in seconds");
     }
-    stamps.push_back(stampFromSeconds(seconds));
+    if (seconds < 0.0 || seconds >= kLatestTime) refuse("lies outside 0 to 2^32 s; times are in seconds");
+    const Stamp stamp = stampFromSeconds(seconds);
+    if (!stamps.empty() && stamp <= stamps.back()) {
+      refuse("does not lie after the time before it; times must increase from image to image");
+    }
+    stamps.push_back(stamp);
   }
   return stamps;
 }
 
-std::optional<std::array<double, 12>> readProjection(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) return std::nullopt;
-  std::string name;
-  std::array<double, 12> projection{};
-  file >> name;
-  for (double& number : projection) file >> number;
-  if (!file || name != "P0:")
-    throw std::runtime_error(path + ":1: expected 'P0:' and the 12 numbers of a 3x4 matrix");
+/// The numbers of `key: numbers`; none for another line.
+std::optional<Projection> projectionIn(const std::string& line, const std::string& key) {
+  const std::size_t colon = line.find(':');
+  if (colon == std::string::npos || trimmed(line.substr(0, colon)) != key) return std::nullopt;
+  std::istringstream words(line.substr(colon + 1));
+  Projection projection{};
+  std::string word;
+  for (double& number : projection) {
+    if (!(words >> word) || !parseNumber(word, number)) return std::nullopt;
+  }
+  if (words >> word) return std::nullopt;
   return projection;
+}
+
+Projection readProjection(const std::string& path, int camera_number) {
+  const std::string number = std::to_string(camera_number);
+  const auto lines = readLines(path);
+  for (const std::string& key : {"P" + number, "P_rect_0" + number}) {
+    for (const TextLine& line : lines) {
+      const auto projection = projectionIn(line.text, key);
+      if (projection) return *projection;
+    }
+  }
+  throw std::runtime_error(path + ": no line 'P" + number + ":' with the 12 numbers of a 3x4 matrix");
+}
+
+/// The digit at the end of a folder's name, as KITTI numbers its cameras; 0 where there is none.
+int cameraNumber(const std::string& image_folder) {
+  const char last = image_folder.empty() ? '0' : image_folder.back();
+  return last >= '0' && last <= '9' ? last - '0' : 0;
 }
 
 }  // namespace
 
-KittiFolder::KittiFolder(const std::string& folder, const ImageLimits& limits)
-    : images_(listImages(folder + "/image_0")),
-      stamps_(readTimes(folder + "/times.txt")),
-      projection_(readProjection(folder + "/calib.txt")),
+KittiFolder::KittiFolder(const std::string& folder, const std::string& image_folder,
+                         const ImageLimits& limits)
+    : folder_(folder),
+      camera_number_(cameraNumber(image_folder)),
+      images_(listImages(image_folder == "." ? folder : folder + "/" + image_folder)),
       limits_(limits) {
-  if (stamps_.size() < images_.size()) {
-    throw std::runtime_error(folder + "/times.txt: has " + std::to_string(stamps_.size()) + " times for " +
-                             std::to_string(images_.size()) + " images");
-  }
+  const std::string times_path = folder + "/times.txt";
+  const std::vector<Stamp> times = readTimes(times_path);
+  for (const std::size_t row : timesOf(images_, times.size(), times_path)) stamps_.push_back(times[row]);
 }
 
 cv::Size KittiFolder::imageSize() const {
@@ -59,6 +92,20 @@ cv::Size KittiFolder::imageSize() const {
     }
   }
   throw std::runtime_error(images_.front() + ": neither this nor any other image can be read");
+}
+
+std::optional<CameraModel> KittiFolder::camera() const {
+  const std::string path = folder_ + "/calib.txt";
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  const Projection p = readProjection(path, camera_number_);
+  const cv::Size size = imageSize();
+  CameraModel camera{size.width, size.height, p[0], p[5], p[2], p[6], LensModel::kNone, {}};
+  try {
+    camera.validate();
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(path + ": P" + std::to_string(camera_number_) + ": " + error.what());
+  }
+  return camera;
 }
 
 std::optional<RecordedItem> KittiFolder::next() {

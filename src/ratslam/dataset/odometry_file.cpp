@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "ratslam/common/atomic_file.h"
+#include "ratslam/common/text_file.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/trajectory_io.h"
 
@@ -32,6 +33,8 @@ std::vector<std::string> covarianceColumns(const std::string& prefix) {
   return names;
 }
 
+constexpr Stamp kLatestStamp = (Stamp{1} << 32) * 1000000000 - 1;  // what a stamp of ROS can hold
+
 /// A line of a CSV file, looked into by the names of its first line.
 class Columns {
  public:
@@ -52,27 +55,32 @@ class Columns {
     }
     return found;
   }
-  void setLine(int number, const std::string& line) {
-    number_ = number;
-    words_ = splitCsv(line);
+  void setLine(const TextLine& line) {
+    number_ = line.number;
+    words_ = splitCsv(line.text);
+    if (words_.size() <= names_.size()) return;
+    const bool commas = line.text.find('.') == std::string::npos;
+    fail(std::to_string(words_.size()) + " values under " + std::to_string(names_.size()) + " columns" +
+         (commas ? "; if decimals are written with commas, write them with points" : ""));
   }
-  bool empty() const { return words_.empty(); }
 
   /// Whether this line has anything in a column.
   bool said(std::size_t column) const { return !word(column).empty(); }
   double number(std::size_t column) const {
     double value = 0.0;
-    if (!parseNumber(word(column), value)) complain(column);
+    if (!parseNumber(word(column), value)) complain(column, "a finite number");
     return value;
   }
   std::uint32_t count(std::size_t column) const {
     const double value = number(column);
-    if (value < 0.0 || value > 4294967295.0 || value != std::floor(value)) complain(column);
+    if (value < 0.0 || value > 4294967295.0 || value != std::floor(value)) {
+      complain(column, "a whole number, 0 to 2^32 - 1");
+    }
     return static_cast<std::uint32_t>(value);
   }
   Stamp stamp(std::size_t column) const {
     const std::optional<Stamp> stamp = parseStamp(word(column));
-    if (!stamp) complain(column);
+    if (!stamp || *stamp < 0 || *stamp > kLatestStamp) complain(column, "a time in seconds, 0 to 2^32");
     return *stamp;
   }
   std::string word(std::size_t column) const { return column < words_.size() ? words_[column] : ""; }
@@ -81,8 +89,8 @@ class Columns {
   }
 
  private:
-  [[noreturn]] void complain(std::size_t column) const {
-    fail("column " + names_[column] + " is missing or not a finite number");
+  [[noreturn]] void complain(std::size_t column, const std::string& wanted) const {
+    fail("column " + names_[column] + ": '" + shown(word(column)) + "' is not " + wanted);
   }
 
   std::string path_;
@@ -95,6 +103,12 @@ Eigen::Isometry3d readPose(const Columns& columns, const std::vector<std::size_t
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < at.size(); ++i) {
     pose.matrix()(static_cast<int>(i) / 4, static_cast<int>(i) % 4) = columns.number(at[i]);
+  }
+  constexpr double kTolerance = 1e-2;
+  const Eigen::Matrix3d turn = pose.linear();
+  if (!(turn.transpose() * turn).isApprox(Eigen::Matrix3d::Identity(), kTolerance) ||
+      turn.determinant() < 0.0) {
+    columns.fail("r11 to r33 are no rotation matrix");
   }
   return pose;
 }
@@ -233,25 +247,25 @@ void writeCorrection(std::ostream& out, const std::optional<OdometryCorrection>&
 }  // namespace
 
 std::vector<OdometrySample> readOdometryCsv(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot open this odometry file");
-  std::string line;
-  std::getline(file, line);
-  Columns columns(path, line);
+  const std::vector<TextLine> lines = readLines(path);
+  if (lines.empty()) throw std::runtime_error(path + ": is empty; its first line must name its columns");
+  Columns columns(path, lines.front().text);
+  const std::string hint =
+      lines.front().text.find(';') == std::string::npos ? "" : "; columns are parted by commas";
   for (const char* name : {"stamp", "linear_x", "angular_z"}) {
-    if (!columns.has(name)) columns.fail(std::string("has no column named ") + name);
+    if (!columns.has(name)) columns.fail(std::string("has no column named ") + name + hint);
   }
   const SampleColumns parts(columns);
   std::vector<OdometrySample> samples;
-  for (int number = 2; std::getline(file, line); ++number) {
-    columns.setLine(number, line);
-    if (columns.empty()) continue;
+  for (auto line = std::next(lines.begin()); line != lines.end(); ++line) {
+    columns.setLine(*line);
     const OdometrySample sample = parts.read(columns);
     if (!samples.empty() && sample.stamp <= samples.back().stamp) {
       columns.fail("stamps must rise from line to line");
     }
     samples.push_back(sample);
   }
+  if (samples.empty()) throw std::runtime_error(path + ": names columns, but holds no odometry");
   return samples;
 }
 

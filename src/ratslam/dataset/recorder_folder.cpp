@@ -3,25 +3,37 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <stdexcept>
 #include <tuple>
 
 #include "ratslam/common/params.h"
+#include "ratslam/common/text_file.h"
+#include "ratslam/dataset/clock.h"
 #include "ratslam/dataset/csv.h"
+#include "ratslam/dataset/image_folder.h"
+#include "ratslam/dataset/trajectory_io.h"
 
 namespace ratslam {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of up to 13 digits are milliseconds, longer ones nanoseconds.
+/// Numbers of 16 digits are Unix microseconds, of up to 14 milliseconds, others nanoseconds.
 std::optional<Stamp> stampOfName(const std::string& name) {
-  if (name.empty() || name.size() > 19 || name.find_first_not_of("0123456789") != std::string::npos)
-    return std::nullopt;
+  constexpr Stamp kLatest = (Stamp{1} << 32) * 1000000000;  // what a stamp of ROS can hold
+  if (name.empty() || name.find_first_not_of("0123456789") != std::string::npos) return std::nullopt;
+  const std::string latest = std::to_string(kLatest);
+  if (name.size() > latest.size() || (name.size() == latest.size() && name >= latest)) return std::nullopt;
   const Stamp number = std::stoll(name);
-  return name.size() <= 13 ? number * 1000000 : number;
+  const Stamp unit = name.size() <= 14 ? 1000000 : name.size() == 16 ? 1000 : 1;
+  if (number >= kLatest / unit) return std::nullopt;
+  return number * unit;
+}
+
+bool leadsOutside(const std::string& path) {
+  const fs::path relative(path);
+  return relative.is_absolute() || std::find(relative.begin(), relative.end(), "..") != relative.end();
 }
 
 cv::Mat turned(const cv::Mat& image, int quarter_turns) {
@@ -45,38 +57,76 @@ RecorderFolder::RecorderFolder(const std::string& folder, int clockwise_deg, con
     throwBadValue("rotate", clockwise_deg, "it must be 0, 90, 180 or 270 degrees");
   }
   const std::string index_path = folder + "/data_image.txt";
-  std::string malformed;
-  if (std::ifstream index(index_path); index) {
-    std::string line;
-    for (int number = 1; std::getline(index, line); ++number) {
-      const auto words = splitCsv(line);
-      if (words.empty()) continue;
-      const auto stamp = stampOfName(words[0]);
-      if (words.size() >= 2 && stamp) {
-        images_.emplace_back(*stamp, folder + "/" + words[1]);
-      } else if (malformed.empty()) {  // as a recording that was cut off ends
-        malformed = index_path + ":" + std::to_string(number) + ": '" + line +
-                    "' is not of the form milliseconds,images/<milliseconds>.jpeg";
-      }
-    }
+  if (fs::exists(index_path)) {
+    readIndex(folder, index_path);
   } else {
-    for (const std::string& path : listImages(folder + "/images")) {
-      const auto stamp = stampOfName(fs::path(path).stem().string());
-      if (!stamp)
-        throw std::runtime_error(path +
-                                 ": without data_image.txt an image's name must be its time in ns or ms");
+    readNames(folder);
+  }
+  sortByStamp();
+  if (images_.empty()) {
+    throw std::runtime_error(malformed_.empty() ? index_path + ": lists no images" : malformed_);
+  }
+}
+
+void RecorderFolder::readIndex(const std::string& folder, const std::string& path) {
+  std::size_t malformed = 0;
+  for (const TextLine& line : readLines(path)) {
+    const std::string where = path + ":" + std::to_string(line.number) + ": ";
+    const auto words = splitCsv(line.text);
+    const auto stamp = words.empty() ? std::nullopt : stampOfName(words[0]);
+    if (words.size() < 2 || !stamp) {  // as a recording that was cut off ends
+      if (++malformed == 1) {
+        malformed_ =
+            where + "'" + shown(line.text) + "' is not of the form milliseconds,images/<milliseconds>.jpeg";
+      }
+      continue;
+    }
+    if (leadsOutside(words[1])) {
+      throw std::runtime_error(where + "'" + shown(words[1]) +
+                               "' does not lie within the recording's folder");
+    }
+    images_.emplace_back(*stamp, folder + "/" + words[1]);
+  }
+  if (malformed > 0)
+    remarks_.push_back(malformed_ + " (" + std::to_string(malformed) + " such lines left out)");
+  if (const auto jump = clockSetBack(images_)) {
+    throw std::runtime_error(
+        path + ": the phone's clock was set back by " + formatStamp(jump->back) + " s before the image of " +
+        std::to_string(jump->first / 1000000) +
+        " ms: the times before and after it overlap; keep the lines before it or those " +
+        "from it on, and do each part alone");
+  }
+  const auto earlier = [](const StampedPath& a, const StampedPath& b) { return a.first < b.first; };
+  if (!std::is_sorted(images_.begin(), images_.end(), earlier)) {
+    remarks_.push_back(path + ": lines are out of order; images are taken by their times");
+  }
+}
+
+void RecorderFolder::readNames(const std::string& folder) {
+  const std::string inside = fs::is_directory(folder + "/images") ? folder + "/images" : folder;
+  std::size_t nameless = 0;
+  for (const std::string& path : listImages(inside)) {
+    const auto stamp = stampOfName(fs::path(path).stem().string());
+    if (stamp) {
       images_.emplace_back(*stamp, path);
+    } else if (++nameless == 1) {
+      malformed_ = path + ": without data_image.txt an image's name must be its time in ns, us or ms";
     }
   }
-  const auto rank = [](const auto& image) {
+  if (nameless > 0)
+    remarks_.push_back(malformed_ + " (" + std::to_string(nameless) + " such images left out)");
+}
+
+void RecorderFolder::sortByStamp() {
+  const auto rank = [](const StampedPath& image) {
     return std::make_tuple(image.first, !fs::exists(image.second), image.second);
   };
   std::sort(images_.begin(), images_.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
-  const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
-  images_.erase(std::unique(images_.begin(), images_.end(), same), images_.end());
-  if (images_.empty()) {
-    throw std::runtime_error(malformed.empty() ? index_path + ": lists no images" : malformed);
-  }
+  const auto same = [](const StampedPath& a, const StampedPath& b) { return a.first == b.first; };
+  const auto repeated = std::unique(images_.begin(), images_.end(), same);
+  const auto count = std::distance(repeated, images_.end());
+  images_.erase(repeated, images_.end());
+  if (count > 0) remarks_.push_back(std::to_string(count) + " images with the time of another one left out");
 }
 
 std::optional<RecordedItem> RecorderFolder::next() {

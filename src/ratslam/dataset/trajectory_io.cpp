@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "ratslam/common/atomic_file.h"
+#include "ratslam/common/text_file.h"
 #include "ratslam/dataset/csv.h"
 
 namespace ratslam {
@@ -34,20 +35,24 @@ std::string formatStamp(Stamp stamp) {
   return text;
 }
 
-std::optional<Stamp> parseStamp(const std::string& text) {
+std::optional<Stamp> parseStamp(const std::string& written) {
   constexpr std::size_t kDecimals = 9;
+  constexpr std::size_t kDigits = 10;
+  constexpr Stamp kLatest = 9000000000;  // [s]; later times are no stamps
+  const std::string text = trimmed(written);
   const bool negative = !text.empty() && text.front() == '-';
   const std::string digits = text.substr(negative ? 1 : 0);
   const std::size_t point = std::min(digits.find('.'), digits.size());
   std::string whole = digits.substr(0, point);
   std::string decimals = point < digits.size() ? digits.substr(point + 1) : "";
-  const bool plain = !whole.empty() && whole.size() <= 9 + 1 &&
+  const bool plain = !whole.empty() && whole.size() <= kDigits &&
                      (whole + decimals).find_first_not_of("0123456789") == std::string::npos;
   if (!plain) {
     double seconds = 0.0;
-    if (!parseNumber(text, seconds) || std::abs(seconds) > 9e9) return std::nullopt;
+    if (!parseNumber(text, seconds) || std::abs(seconds) > static_cast<double>(kLatest)) return std::nullopt;
     return stampFromSeconds(seconds);
   }
+  if (std::stoll(whole) >= kLatest) return std::nullopt;
   const bool round_up = decimals.size() > kDecimals && decimals[kDecimals] >= '5';
   decimals.resize(kDecimals, '0');
   const Stamp magnitude = std::stoll(whole + decimals) + (round_up ? 1 : 0);
@@ -86,18 +91,14 @@ void writeKitti(std::ostream& file, const std::vector<StampedPose3>& trajectory)
 }
 
 std::vector<Eigen::Isometry3d> readKittiPoses(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot open this file of poses");
   std::vector<Eigen::Isometry3d> poses;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    std::istringstream words(line);
+  for (const TextLine& line : readLines(path)) {
+    std::istringstream words(line.text);
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     for (int i = 0; i < 12; ++i) words >> pose.matrix()(i / 4, i % 4);
     std::string rest;
     if (!words || words >> rest || !pose.matrix().allFinite()) {
-      throw std::runtime_error(path + ":" + std::to_string(number) +
+      throw std::runtime_error(path + ":" + std::to_string(line.number) +
                                ": a pose has 12 numbers, the rows of [R|t]");
     }
     poses.push_back(pose);

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "ratslam_ros/bag/bag_check.h"
 #include "ratslam_ros/support/camera_info.h"
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/image_decoding.h"
@@ -22,17 +23,40 @@ const char kOdometry[] = "nav_msgs/Odometry";
 using TopicTypes = std::map<std::string, std::string>;
 
 void open(rosbag::Bag& bag, const std::string& path) {
+  namespace fs = std::filesystem;
   std::error_code error;
-  const auto size = std::filesystem::file_size(path, error);
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) {
+    throw std::runtime_error(path + ": cannot open this bag: no such file or folder");
+  }
+  if (status.type() != fs::file_type::regular) {
+    throw std::runtime_error(path + ": cannot open this bag: it is no regular file (a pipe or a device)");
+  }
+  const auto size = fs::file_size(path, error);
   if (error) throw std::runtime_error(path + ": cannot open this bag: " + error.message());
   if (size == 0) throw std::runtime_error(path + ": the file is empty, it is no bag");
+  checkBagRecords(path);
   try {
     bag.open(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
     throw std::runtime_error(
         path + ": the bag has no index (its recording was cut off); run: rosbag reindex " + path);
-  } catch (const rosbag::BagException& e) {
+  } catch (const std::exception& e) {  // whatever rosbag meets in a damaged file
     throw std::runtime_error(path + ": not a readable bag, or a truncated one: " + e.what());
+  }
+}
+
+/// Messages of another definition than ours cannot be read, whatever their type is called.
+template <class Message>
+void requireDefinition(const rosbag::Bag& bag, const std::string& path, const std::string& topic) {
+  const std::string ours = ros::message_traits::MD5Sum<Message>::value();
+  rosbag::View view(bag, rosbag::TopicQuery(topic));
+  for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
+    const bool same_type = connection->datatype == ros::message_traits::DataType<Message>::value();
+    if (!same_type || connection->md5sum == ours || connection->md5sum == "*") continue;
+    throw std::runtime_error(path + ": " + topic + " is " + connection->datatype +
+                             " of another definition: md5 sum " + connection->md5sum + ", here " + ours +
+                             "; rosbag check and fix can translate it");
   }
 }
 
@@ -83,10 +107,29 @@ std::string choose(const std::string& path, const TopicTypes& types, const std::
   return chosen;
 }
 
+/// The message, none where its bytes are no message of its type.
+template <class Message>
+boost::shared_ptr<Message> messageIn(const rosbag::MessageInstance& instance) {
+  if (!lengthsFit(instance)) return nullptr;
+  try {
+    return instance.instantiate<Message>();
+  } catch (const ros::Exception&) {
+    return nullptr;
+  }
+}
+
 template <class Message>
 RecordedImage imageIn(const rosbag::MessageInstance& instance, const ImageLimits& limits) {
-  const auto message = instance.instantiate<Message>();
-  return recordedImage(message, instance.getTopic(), stampFromRos(message->header.stamp), limits);
+  const auto message = messageIn<Message>(instance);
+  if (!message) {
+    RecordedImage none;
+    none.stamp = stampFromRos(instance.getTime());
+    none.name = instance.getTopic() + " recorded at " + std::to_string(instance.getTime().toSec());
+    none.decode = []() -> cv::Mat { throw BadImage("damaged message: its lengths do not fit its size"); };
+    return none;
+  }
+  const boost::shared_ptr<const Message> held = message;
+  return recordedImage(held, instance.getTopic(), stampFromRos(held->header.stamp), limits);
 }
 
 }  // namespace
@@ -101,6 +144,9 @@ BagRecording::BagRecording(const std::string& path, const BagTopics& topics, con
     topics_.odometry = choose(path, types, topics.odometry, "odometry", {kOdometry}, "odom");
     read.push_back(topics_.odometry);
   }
+  requireDefinition<sensor_msgs::Image>(bag_, path, topics_.images);
+  requireDefinition<sensor_msgs::CompressedImage>(bag_, path, topics_.images);
+  if (topics.with_odometry) requireDefinition<nav_msgs::Odometry>(bag_, path, topics_.odometry);
   view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(read));
   position_ = view_->begin();
   image_count_ = rosbag::View(bag_, rosbag::TopicQuery(topics_.images)).size();
@@ -114,24 +160,54 @@ std::optional<CameraModel> BagRecording::camera() const {
     beside.erase(beside.size() - compressed.size());
   }
   beside.erase(beside.find_last_of('/') + 1);
-  rosbag::View view(bag_, rosbag::TopicQuery(beside + "camera_info"));
+  const std::string topic = beside + "camera_info";
+  requireDefinition<sensor_msgs::CameraInfo>(bag_, path_, topic);
+  rosbag::View view(bag_, rosbag::TopicQuery(topic));
+  std::string reason;
   for (const rosbag::MessageInstance& instance : view) {
-    const auto message = instance.instantiate<sensor_msgs::CameraInfo>();
-    if (message) return cameraFromMessage(*message);
+    const auto message = messageIn<sensor_msgs::CameraInfo>(instance);
+    if (!message) continue;
+    try {
+      const bool sized = message->width > 0 && message->height > 0;
+      return cameraFromMessage(*message, isRectifiedTopic(topics_.images),
+                               sized ? cv::Size() : firstImageSize());
+    } catch (const std::invalid_argument& e) {
+      if (reason.empty()) reason = e.what();
+    }
   }
-  return std::nullopt;
+  if (view.size() == 0) return std::nullopt;
+  throw std::runtime_error(path_ + ": " + topic + " holds no usable calibration: " +
+                           (reason.empty() ? "its messages are damaged or of another type" : reason));
+}
+
+cv::Size BagRecording::firstImageSize() const {
+  rosbag::View view(bag_, rosbag::TopicQuery(topics_.images));
+  for (const rosbag::MessageInstance& instance : view) {
+    const bool raw = instance.getDataType() == kImage;
+    const RecordedImage image = raw ? imageIn<sensor_msgs::Image>(instance, limits_)
+                                    : imageIn<sensor_msgs::CompressedImage>(instance, limits_);
+    try {
+      const cv::Size size = image.decode().size();
+      if (!size.empty()) return size;
+    } catch (const std::exception&) {  // the next one may be whole
+    }
+  }
+  return {};
 }
 
 std::optional<RecordedItem> BagRecording::next() {
   try {
-    if (position_ == view_->end()) return std::nullopt;
-    const rosbag::MessageInstance instance = *position_;
-    ++position_;
-    const std::string& type = instance.getDataType();
-    if (type == kOdometry) return odometryFromMessage(*instance.instantiate<nav_msgs::Odometry>());
-    if (type == kImage) return imageIn<sensor_msgs::Image>(instance, limits_);
-    return imageIn<sensor_msgs::CompressedImage>(instance, limits_);
-  } catch (const rosbag::BagException& e) {
+    while (position_ != view_->end()) {
+      const rosbag::MessageInstance instance = *position_;
+      ++position_;
+      const std::string& type = instance.getDataType();
+      if (type == kImage) return imageIn<sensor_msgs::Image>(instance, limits_);
+      if (type == kCompressedImage) return imageIn<sensor_msgs::CompressedImage>(instance, limits_);
+      const auto odometry = messageIn<nav_msgs::Odometry>(instance);
+      if (odometry) return odometryFromMessage(*odometry);
+    }
+    return std::nullopt;
+  } catch (const ros::Exception& e) {  // of rosbag and of what it is made of
     throw std::runtime_error(path_ + ": the bag cannot be read any further: " + e.what());
   }
 }

@@ -1,5 +1,7 @@
 #include "ratslam_ros/nodes/map_node.h"
 
+#include <cmath>
+
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/trajectory_files.h"
 
@@ -48,35 +50,32 @@ void MapNode::subscribe() {
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
   odometry_.start();
   decisions_watch_.start();
-  subscribers_.push_back(handle_.subscribe<ratslam_ros::PoseCellState>(
-      topic("PoseCell/State"), 0, [this](const ratslam_ros::PoseCellStateConstPtr& message) {
-        if (source_.takesState()) onDecision(*message);
+  guard_.publishCounts(handle_);
+  subscribers_.push_back(guard_.subscribe<ratslam_ros::PoseCellState>(
+      handle_, topic("PoseCell/State"), 0, [this](const ratslam_ros::PoseCellState& message) {
+        if (source_.takesState()) onDecision(message);
       }));
-  subscribers_.push_back(handle_.subscribe<ratslam_ros::TopologicalAction>(
-      decisions_watch_.topic(), 0, [this](const ratslam_ros::TopologicalActionConstPtr& message) {
-        if (source_.takesAction()) onDecision(*message);
+  subscribers_.push_back(guard_.subscribe<ratslam_ros::TopologicalAction>(
+      handle_, decisions_watch_.topic(), 0, [this](const ratslam_ros::TopologicalAction& message) {
+        if (source_.takesAction()) onDecision(message);
       }));
   if (verifies_) {
-    subscribers_.push_back(handle_.subscribe<ratslam_ros::RecallGeometry>(
-        topic("LocalView/RecallGeometry"), 0, [this](const ratslam_ros::RecallGeometryConstPtr& message) {
-          stage_.addGeometry(geometryFromMessage(*message));
+    subscribers_.push_back(guard_.subscribe<ratslam_ros::RecallGeometry>(
+        handle_, topic("LocalView/RecallGeometry"), 0, [this](const ratslam_ros::RecallGeometry& message) {
+          stage_.addGeometry(geometryFromMessage(message));
           drain(true);
         }));
   }
-  subscribers_.push_back(handle_.subscribe<geometry_msgs::PoseStamped>(
-      topic("ExperienceMap/SetGoalPose"), 1,
-      [this](const geometry_msgs::PoseStampedConstPtr& message) { onGoal(*message); }));
+  subscribers_.push_back(guard_.subscribe<geometry_msgs::PoseStamped>(
+      handle_, topic("ExperienceMap/SetGoalPose"), 1,
+      [this](const geometry_msgs::PoseStamped& message) { onGoal(message); }));
 }
 
 template <class Message>
 void MapNode::onDecision(const Message& message) {
   decisions_watch_.messageArrived();
-  try {
-    if (!stage_.addDecision(actionFromMessage(message))) {
-      time_went_back_.report("time went back in the decisions of the pose cells: their stream starts anew");
-    }
-  } catch (const std::runtime_error& e) {
-    bad_decision_.report(std::string("decision of the pose cells dropped: ") + e.what());
+  if (!stage_.addDecision(actionFromMessage(message))) {
+    time_went_back_.report("time went back in the decisions of the pose cells: their stream starts anew");
   }
   drain(true);
 }
@@ -111,6 +110,9 @@ void MapNode::onGoal(const geometry_msgs::PoseStamped& goal) {
     ROS_ERROR("goal refused: it is given in frame '%s', not in '%s'", goal.header.frame_id.c_str(),
               params_.map_frame.c_str());
     return;
+  }
+  if (!std::isfinite(goal.pose.position.x) || !std::isfinite(goal.pose.position.y)) {
+    throw std::runtime_error("the goal's position is not finite");
   }
   goal_status_ = GoalStatus::kNone;
   stage_.map().setGoal(goal.pose.position.x, goal.pose.position.y);

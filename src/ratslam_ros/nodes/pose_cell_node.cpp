@@ -33,9 +33,10 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
 void PoseCellNode::start() {
   odometry_.start();
   views_watch_.start();
-  view_subscriber_ = handle_.subscribe<ratslam_ros::ViewTemplate>(
-      views_watch_.topic(), 0,
-      [this](const ratslam_ros::ViewTemplateConstPtr& message) { onView(*message); });
+  guard_.publishCounts(handle_);
+  view_subscriber_ = guard_.subscribe<ratslam_ros::ViewTemplate>(
+      handle_, views_watch_.topic(), 0,
+      [this](const ratslam_ros::ViewTemplate& message) { onView(message); });
 }
 
 void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {

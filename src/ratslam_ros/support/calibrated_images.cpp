@@ -53,7 +53,10 @@ void CalibratedImages::start() {
 
 void CalibratedImages::onCameraInfo(const sensor_msgs::CameraInfo& message) {
   try {
-    on_camera_(cameraFromMessage(message));
+    const CameraModel camera = cameraFromMessage(message, isRectifiedTopic(topic()));
+    const auto doubt = camera.doubt();
+    if (doubt) ROS_WARN("%s: %s", camera_info_watch_.topic().c_str(), doubt->c_str());
+    on_camera_(camera);
   } catch (const std::invalid_argument& e) {
     no_calibration_.report(camera_info_watch_.topic() + " holds no usable calibration: " + e.what() +
                            kHowToCalibrate);

@@ -1,6 +1,7 @@
 #include "ratslam_ros/support/conversions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -36,6 +37,10 @@ std::optional<Eigen::Isometry3d> poseFromMessage(const geometry_msgs::Pose& mess
   return pose;
 }
 
+void requireFinite(const char* what, double value) {
+  if (!std::isfinite(value)) throw std::runtime_error(std::string(what) + " is not finite");
+}
+
 /// Both messages that carry a decision name its fields alike.
 template <class Message>
 TopologicalAction decisionIn(const Message& message) {
@@ -45,6 +50,7 @@ TopologicalAction decisionIn(const Message& message) {
   action.src_id = message.src_id;
   action.dest_id = message.dest_id;
   action.relative_rad = message.relative_rad;
+  requireFinite("relative_rad", action.relative_rad);
   return action;
 }
 
@@ -121,6 +127,7 @@ ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message) {
   view.stamp = stampFromRos(message.header.stamp);
   view.id = message.current_id;
   view.relative_rad = message.relative_rad;
+  requireFinite("relative_rad", view.relative_rad);
   return view;
 }
 
@@ -163,6 +170,13 @@ RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message) {
   geometry.companion_stamp = stampFromRos(message.companion_stamp);
   geometry.distance_ratio = message.distance_ratio;
   geometry.sigma_ratio = message.sigma_ratio;
+  if (geometry.inliers > 0) {
+    for (const double value :
+         {geometry.relative_rad, geometry.direction_rad, geometry.distance, geometry.sigma_distance,
+          geometry.sigma_rotation, geometry.sigma_direction, geometry.distance_ratio, geometry.sigma_ratio}) {
+      requireFinite("a measurement of the recall's geometry", value);
+    }
+  }
   return geometry;
 }
 

@@ -7,6 +7,9 @@
 namespace ratslam {
 namespace {
 
+/// Nobody asks for a pose that lies further back: 16 minutes at 100 Hz.
+constexpr std::size_t kMostEntries = 100000;
+
 Eigen::Isometry3d levelPose(double x, double y, double z, double yaw) {
   return Eigen::Translation3d(x, y, z) * Eigen::Isometry3d(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
 }
@@ -40,6 +43,7 @@ void OdometryFrame::add(const OdometrySample& sample) {
   if (!isFinite(pose)) return;
   if (!entries_.empty() && sample.stamp < entries_.back().stamp) entries_.clear();
   entries_.push_back({sample.stamp, pose});
+  if (entries_.size() > kMostEntries) entries_.pop_front();
 }
 
 std::optional<RelativePose> OdometryFrame::poseAt(Stamp stamp) {

@@ -11,6 +11,25 @@ constexpr double kPatience_s = 5.0;
 
 std::string lastPart(const std::string& name) { return name.substr(name.rfind('/') + 1); }
 
+bool endsWith(const std::string& name, const std::string& ending) {
+  return name.size() >= ending.size() &&
+         name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+/// Pictures that the nodes themselves draw: nobody wants them for input.
+bool isOwnPicture(const std::string& topic) {
+  return endsWith(topic, "/LocalView/View") || endsWith(topic, "/PoseCell/Activity") ||
+         endsWith(topic, "/ExperienceMap/Picture") || endsWith(topic, "/debug_image");
+}
+
+/// The transport that would bring the images of `topic` in as they are published; empty where it is no such
+/// pair.
+std::string otherTransport(const std::string& topic, const std::string& published) {
+  const std::string compressed = "/compressed";
+  if (published == topic + compressed) return "compressed";
+  return topic == published + compressed ? "raw" : "";
+}
+
 }  // namespace
 
 bool isPublished(const std::string& topic) {
@@ -24,7 +43,13 @@ std::vector<std::string> similarTopics(const std::string& topic, const std::stri
                                        const std::vector<ros::master::TopicInfo>& published) {
   std::vector<std::string> similar;
   for (const ros::master::TopicInfo& candidate : published) {
-    if (candidate.name == topic) continue;
+    const std::string transport = otherTransport(topic, candidate.name);
+    if (!transport.empty()) {
+      similar.insert(similar.begin(), candidate.name + " [" + candidate.datatype +
+                                          "] (read with _image_transport:=" + transport + ")");
+      continue;
+    }
+    if (candidate.name == topic || isOwnPicture(candidate.name)) continue;
     if (candidate.datatype == type || lastPart(candidate.name) == lastPart(topic)) {
       similar.push_back(candidate.name + " [" + candidate.datatype + "]");
     }

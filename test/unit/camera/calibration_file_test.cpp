@@ -37,6 +37,48 @@ TEST(CalibrationFile, GivesTheCameraAndItsDistortionWhereThereIsOne) {
             1280);
 }
 
+const std::string kRos =
+    "image_width: 1280\nimage_height: 960\ncamera_name: phone\n"
+    "camera_matrix: {rows: 3, cols: 3, data: [1000.5, 0, 640, 0, 1001, 480, 0, 0, 1]}\n"
+    "distortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.2, 0.05, 0, "
+    "0.001, 0]\n";
+
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(CalibrationFile, WhatRosAndOpenCvLeaveIsRead) {
+  const std::string opencv = "%YAML:1.0\n---\n" + changed(kRos, "matrix: {", "matrix: !!opencv-matrix {");
+  for (const std::string& text : {kRos, "\xEF\xBB\xBF" + kRos, opencv}) {
+    const CameraModel camera = read(text);
+    EXPECT_EQ(camera.width, 1280);
+    EXPECT_EQ(camera.fy, 1001.0);
+    EXPECT_EQ(camera.cx, 640.0);
+    EXPECT_EQ(camera.model, LensModel::kPlumbBob);
+    EXPECT_EQ(camera.coefficients, (std::vector<double>{-0.2, 0.05, 0.0, 0.001, 0.0}));
+  }
+  EXPECT_EQ(read(changed(kRos, "plumb_bob", "equidistant")).coefficients.size(), 4U)
+      << "trailing zeros are dropped";
+  EXPECT_EQ(read(changed(kRos, "-0.2, 0.05, 0, 0.001, 0", "0, 0, 0, 0, 0")).model, LensModel::kNone);
+}
+
+TEST(CalibrationFile, FaultsOfThatFormAreNamed) {
+  const auto refused = [](const std::string& from, const std::string& to, const std::string& words) {
+    const std::string said = complaint(changed(kRos, from, to));
+    EXPECT_NE(said.find(words), std::string::npos) << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  };
+  refused("plumb_bob", "mirror", "mirror");
+  refused("[1000.5, 0,", "[1000.5,", "camera_matrix");
+  refused("[1000.5", "[wide", "'wide' is not a finite number");
+  refused("[1000.5", "[0", "camera fx: value 0");
+  refused("[1000.5", "[1e-310", "camera fx");
+  refused("image_width: 1280", "image_width: 1e9", "image_width: value 1000000000");
+  refused("image_width: 1280\n", "", "no image_width");
+  refused("0.001, 0]", "0.001, 0, 0.3]", "number of distortion coefficients");
+  refused("data: [1000.5", "date: [1000.5", "camera_matrix: 'data: [...]' is expected");
+}
+
 TEST(CalibrationFile, FaultsAreNamed) {
   EXPECT_NE(complaint("image_width: 1280\n").find("calibration_file_test.yaml: no image_height"),
             std::string::npos);

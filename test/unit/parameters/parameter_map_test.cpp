@@ -97,6 +97,41 @@ TEST_F(ParameterMapTest, AnIniMeansOpenRatSlamsArithmeticUnlessItSaysOtherwise) 
   EXPECT_FALSE(ParameterMap::fromFile(file("own.yaml", "count: 4\n")).has("exp_solver"));
 }
 
+TEST_F(ParameterMapTest, TheFirstLineTellsTheFormWhateverTheFileIsCalled) {
+  const std::string ini = "# ours\n\n[ratslam]\ncount = 4   # a few\n";
+  for (const char* name : {"a.txt", "a.txt.in", "a.cfg", "a.yaml", "a"}) {
+    EXPECT_EQ(ParameterMap::fromFile(file(name, ini)).values().at("count").text, "4") << name;
+    EXPECT_EQ(ParameterMap::fromFile(file(name, "\xEF\xBB\xBF" + ini)).values().at("count").text, "4")
+        << name;
+    EXPECT_EQ(ParameterMap::fromFile(file(name, "# ours\r\ncount: 5  # a few\r\n")).values().at("count").text,
+              "5");
+  }
+}
+
+TEST_F(ParameterMapTest, WhatRosparamTakesForABooleanIsOne) {
+  for (const char* word : {"true", "True", "TRUE", "yes", "Yes", "on", "1"}) {
+    Params params;
+    ParameterMap::fromYaml(file("a.yaml", std::string("on: ") + word + "\n")).read(params);
+    EXPECT_TRUE(params.on) << word;
+  }
+  for (const char* word : {"false", "False", "FALSE", "no", "No", "off", "0"}) {
+    Params params;
+    params.on = true;
+    ParameterMap::fromYaml(file("a.yaml", std::string("on: ") + word + "\n")).read(params);
+    EXPECT_FALSE(params.on) << word;
+  }
+}
+
+TEST_F(ParameterMapTest, AKeyThatIsGivenTwiceIsNamed) {
+  try {
+    ParameterMap::fromYaml(file("a.yaml", "count: 5\nsize: 1\ncount: 6\n"));
+    FAIL() << "the second value passed";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("a.yaml:3: count is given twice"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(ParameterMapTest, WrongTypesAreNamed) {
   for (const std::string bad : {"count=three", "count=1.5", "size=big", "on=perhaps", "size=", "values=1"}) {
     ParameterMap map;

@@ -5,8 +5,10 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -166,12 +168,97 @@ TEST_F(BagRecordingTest, UnusableFilesAreRefusedWithAReason) {
   fs::resize_file(path("truncated.bag"), fs::file_size(good) * 2 / 3);
   expectParts(open(path("truncated.bag")), {"truncated.bag", "truncated"});
 
+  fs::create_directories(path("folder.bag"));
+  expectParts(open(path("folder.bag")), {"folder.bag", "no regular file"});
+  ASSERT_EQ(mkfifo(path("pipe.bag").c_str(), 0600), 0);
+  expectParts(open(path("pipe.bag")), {"pipe.bag", "no regular file"});
+
   // As a recorder leaves it that was killed: whole chunks, no index at the end.
   rosbag::Bag unfinished(path("unfinished.bag"), rosbag::bagmode::Write);
   unfinished.setChunkThreshold(100);
   for (int i = 1; i < 50; ++i) writeImage(unfinished, "/camera/image", i);
   fs::copy_file(path("unfinished.bag"), path("unindexed.bag"));
   expectParts(open(path("unindexed.bag")), {"unindexed.bag", "rosbag reindex"});
+  fs::resize_file(path("unindexed.bag"), fs::file_size(path("unindexed.bag")) - 50);
+  expectParts(open(path("unindexed.bag")), {"unindexed.bag", "rosbag reindex"});
+}
+
+TEST_F(BagRecordingTest, LengthsThatADamagedBagClaimsAreLookedAtFirst) {
+  const std::string good = goodBag();
+  std::string bytes;
+  {
+    std::ifstream file(good, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  const auto damaged = [&](const std::string& before, std::size_t distance, std::uint32_t value) {
+    std::string changed = bytes;
+    const std::size_t at = changed.find(before);
+    EXPECT_NE(at, std::string::npos) << before;
+    std::memcpy(&changed[at + before.size() + distance], &value, sizeof value);
+    const std::string name = path("damaged.bag");
+    std::ofstream(name, std::ios::binary) << changed;
+    return name;
+  };
+  // The chunk's unpacked size, the length behind its header, and where its index points.
+  expectParts(messageOf([&] { BagRecording(damaged("size=", 0, 0xFFFFFFF0U), BagTopics()); }),
+              {"damaged.bag", "claims to hold 4294967280"});
+  expectParts(messageOf([&] { BagRecording(damaged("size=", 4, 0x7FFFFFF0U), BagTopics()); }),
+              {"damaged.bag", "beyond the end of the file"});
+  // The length of an image's pixels, behind its encoding, byte order and step: the message is damaged, no more.
+  BagRecording recording(damaged("mono8", 5, 0xFFFFFFF0U), {"", "", false});
+  const RecordedItem item = *recording.next();
+  expectParts(messageOf([&] { std::get<RecordedImage>(item).decode(); }), {"damaged message"});
+  int others = 0;
+  while (recording.next()) ++others;
+  EXPECT_EQ(others, 2);
+}
+
+TEST_F(BagRecordingTest, AnotherDefinitionOfATypeIsNamed) {
+  const std::string name = goodBag();
+  std::string bytes;
+  {
+    std::ifstream file(name, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  const std::string sum = ros::message_traits::MD5Sum<sensor_msgs::Image>::value();
+  for (std::size_t at = bytes.find(sum); at != std::string::npos; at = bytes.find(sum, at)) bytes[at] = 'x';
+  std::ofstream(name, std::ios::binary) << bytes;
+  expectParts(messageOf([&] { BagRecording(name, BagTopics()); }),
+              {"/kitti/camera/image is sensor_msgs/Image of another definition", "x" + sum.substr(1), sum});
+}
+
+TEST_F(BagRecordingTest, TheFirstUsableCalibrationCounts) {
+  const auto recorded = [this](const std::string& image_topic,
+                               const std::vector<sensor_msgs::CameraInfo>& infos) {
+    const std::string name = path("camera.bag");
+    rosbag::Bag bag(name, rosbag::bagmode::Write);
+    writeImage(bag, "/camera/" + image_topic, 1.0);
+    for (const sensor_msgs::CameraInfo& info : infos) bag.write("/camera/camera_info", ros::Time(1.0), info);
+    bag.close();
+    return name;
+  };
+  const sensor_msgs::CameraInfo zero;
+  sensor_msgs::CameraInfo whole;
+  whole.width = 60;
+  whole.height = 40;
+  whole.K = {50.0, 0.0, 30.0, 0.0, 51.0, 20.0, 0.0, 0.0, 1.0};
+  whole.P = {45.0, 0.0, 29.0, 0.0, 0.0, 46.0, 21.0, 0.0, 0.0, 0.0, 1.0, 0.0};
+  whole.distortion_model = "plumb_bob";
+  whole.D = {-0.2, 0.1, 0.0, 0.0, 0.0};
+  sensor_msgs::CameraInfo only_p;
+  only_p.P = whole.P;
+  EXPECT_EQ(BagRecording(recorded("image", {zero, whole}), BagTopics()).camera()->fx, 50.0);
+  const auto rectified = BagRecording(recorded("image_rect", {whole}), BagTopics()).camera();
+  EXPECT_EQ(rectified->fx, 45.0);
+  EXPECT_EQ(rectified->model, LensModel::kNone);
+  const auto by_p = BagRecording(recorded("image", {only_p}), BagTopics()).camera();
+  EXPECT_EQ(by_p->fy, 46.0);
+  EXPECT_GT(by_p->width, 0) << "the size is that of the images";
+  whole.distortion_model = "equidistant";
+  whole.D = {0.1, 0.0, 0.0, 0.0, 0.0};
+  EXPECT_EQ(BagRecording(recorded("image", {whole}), BagTopics()).camera()->coefficients.size(), 4U);
+  const BagRecording none(recorded("image", {zero, zero}), BagTopics());
+  expectParts(messageOf([&] { none.camera(); }), {"camera.bag: /camera/camera_info", "all zero"});
 }
 
 }  // namespace

@@ -58,6 +58,15 @@ TEST(OdometryFrame, StartsAnewWhenTimeGoesBack) {
   EXPECT_EQ(frame.poseAt(5)->x, 7.0);
 }
 
+TEST(OdometryFrame, ForgetsTheOldestOfVeryManyThatNobodyAsksAbout) {
+  OdometryFrame frame;
+  const int count = 300000;
+  for (int i = 0; i < count; ++i) frame.add(posed(i, 0.001 * i, 0.0));
+  EXPECT_FALSE(frame.poseAt(count / 2));
+  ASSERT_TRUE(frame.poseAt(count - 10));
+  EXPECT_NEAR(frame.poseAt(count - 1)->x, 0.001 * (count - 1), 1e-9);
+}
+
 TEST(MapToOdom, LeadsFromTheOdometrysPoseToTheMaps) {
   const MapPose in_map{10.0, -3.0, 1.0, 2.5};
   const RelativePose in_odom{4.0, 5.0, 0.2, -1.0};

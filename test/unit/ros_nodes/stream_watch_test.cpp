@@ -19,6 +19,19 @@ TEST(SimilarTopics, AreThoseOfTheTypeOrTheName) {
                                 "/other/odom [geometry_msgs/TwistStamped]"}));
 }
 
+TEST(SimilarTopics, TheSameImagesInAnotherTransportComeFirstAndOwnPicturesAreNone) {
+  const std::vector<ros::master::TopicInfo> published{
+      {"/cam/LocalView/View", "sensor_msgs/Image"},
+      {"/front/image_raw", "sensor_msgs/Image"},
+      {"/cam/camera/image/compressed", "sensor_msgs/CompressedImage"}};
+  EXPECT_EQ(similarTopics("/cam/camera/image", "sensor_msgs/Image", published),
+            (std::vector<std::string>{"/cam/camera/image/compressed [sensor_msgs/CompressedImage] (read with "
+                                      "_image_transport:=compressed)",
+                                      "/front/image_raw [sensor_msgs/Image]"}));
+  EXPECT_EQ(similarTopics("/front/image_raw/compressed", "sensor_msgs/CompressedImage", published).front(),
+            "/front/image_raw [sensor_msgs/Image] (read with _image_transport:=raw)");
+}
+
 class SyncTimeoutTest : public ::testing::Test {
  protected:
   void SetUp() override {

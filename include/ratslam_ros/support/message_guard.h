@@ -1,0 +1,54 @@
+/// What a callback throws about a message never ends a node: the message is dropped, counted, and told once in a
+/// while. The counts go to diagnostics once a second.
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "ratslam_ros/support/counted_warning.h"
+
+namespace ratslam {
+
+class MessageGuard {
+ public:
+  /// Calls `action`, which works on a message of `topic`. @return false where it threw
+  template <class Action>
+  bool run(const std::string& topic, Action&& action) {
+    try {
+      action();
+      return true;
+    } catch (const std::exception& e) {
+      dropped_[topic].report(topic + ": message dropped: " + e.what());
+    }
+    return false;
+  }
+
+  /// A subscription whose handler, which gets a message, may throw.
+  template <class Message, class Handler>
+  ros::Subscriber subscribe(ros::NodeHandle& handle, const std::string& topic, std::uint32_t queue_size,
+                            Handler handler) {
+    return handle.subscribe<Message>(
+        topic, queue_size,
+        [this, name = handle.resolveName(topic), handler](const boost::shared_ptr<const Message>& message) {
+          run(name, [&] { handler(*message); });
+        });
+  }
+
+  /// Counts of messages dropped, to /diagnostics from here on.
+  void publishCounts(const ros::NodeHandle& handle);
+
+  std::size_t dropped(const std::string& topic) const;
+
+ private:
+  void publish();
+
+  std::map<std::string, CountedWarning> dropped_;
+  ros::Publisher diagnostics_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,95 @@
+#include "ratslam/dataset/registry.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+#include "ratslam/dataset/kitti_folder.h"
+#include "ratslam/dataset/recorder_folder.h"
+
+namespace ratslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+void refuseOdometryTopic(const std::string& path, const RecordingOptions& options) {
+  if (!options.with_odometry) return;
+  throw std::runtime_error(path +
+                           ": a folder has no odometry topic; give --odometry profile, orb or a CSV file");
+}
+
+RecordingKind kittiSequence() {
+  RecordingKind kind;
+  kind.what = "a KITTI sequence (image_0/, times.txt)";
+  kind.recognises = [](const std::string& path, const RecordingOptions& options) {
+    return fs::is_directory(path) && (!options.image_folder.empty() || fs::is_directory(path + "/image_0"));
+  };
+  kind.open = [](const std::string& path, const RecordingOptions& options) {
+    refuseOdometryTopic(path, options);
+    if (options.rotate_deg != 0) {
+      throw std::runtime_error(path + ": --rotate " + std::to_string(options.rotate_deg) +
+                               " is for a recorder's folder; a KITTI sequence has its images upright");
+    }
+    return std::make_unique<KittiFolder>(
+        path, options.image_folder.empty() ? "image_0" : options.image_folder, options.limits);
+  };
+  return kind;
+}
+
+RecordingKind recorderFolder() {
+  RecordingKind kind;
+  kind.what = "a recorder's folder (images/, data_image.txt)";
+  kind.recognises = [](const std::string& path, const RecordingOptions&) {
+    return fs::is_directory(path) && RecorderFolder::recognises(path);
+  };
+  kind.open = [](const std::string& path, const RecordingOptions& options) {
+    refuseOdometryTopic(path, options);
+    return std::make_unique<RecorderFolder>(path, options.rotate_deg, options.limits);
+  };
+  return kind;
+}
+
+/// What a folder is instead of a recording, and the option or tool that reads that.
+std::string hintFor(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) return "";
+  if (fs::is_directory(path + "/image_00"))
+    return "; it is a raw drive of KITTI, of which kitti_to_bag makes a bag";
+  if (fs::exists(path + "/manifest.json")) {
+    return "; it is a donkey car's tub, of which donkey_to_kitti makes a sequence";
+  }
+  std::vector<std::string> folders;
+  for (const auto& entry : fs::directory_iterator(path, error)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_directory(error) && name.rfind("image", 0) == 0) folders.push_back(name);
+  }
+  std::sort(folders.begin(), folders.end());
+  if (!folders.empty()) {
+    return "; its images in " + folders.front() + "/ are read with --image-folder " + folders.front();
+  }
+  if (fs::exists(path + "/times.txt")) return "; images that lie in it itself are read with --image-folder .";
+  return "";
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> RecordingRegistry::open(const std::string& path,
+                                                   const RecordingOptions& options) const {
+  for (const RecordingKind& kind : kinds_) {
+    if (kind.recognises(path, options)) return kind.open(path, options);
+  }
+  if (!fs::exists(path))
+    throw std::runtime_error(path + ": cannot open this recording: no such file or folder");
+  std::string kinds;
+  for (const RecordingKind& kind : kinds_) kinds += (kinds.empty() ? "neither " : " nor ") + kind.what;
+  throw std::runtime_error(path + ": " + kinds + hintFor(path));
+}
+
+RecordingRegistry folderRecordings() {
+  RecordingRegistry registry;
+  registry.add(kittiSequence());
+  registry.add(recorderFolder());
+  return registry;
+}
+
+}  // namespace ratslam
