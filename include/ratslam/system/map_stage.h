@@ -7,6 +7,7 @@
 
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "ratslam/events.h"
@@ -29,15 +30,15 @@ class MapStage {
   bool addDecision(const TopologicalAction& action);
   void addGeometry(const RecallGeometry& geometry) { geometry_[geometry.stamp] = geometry; }
 
-  /// Processes what has become possible. @return stamps of the processed decisions, oldest first.
-  /// @throws std::invalid_argument where an action names experiences that do not exist; that action is
-  /// dropped,
-  ///         the rest stays queued and the map unharmed
+  /// Processes what has become possible. An action that names experiences that do not exist is refused, the map
+  /// unharmed. @return stamps of the processed decisions, oldest first
   std::vector<Stamp> drain();
 
   /// Processes waiting decisions with the motion and geometry known so far: for a live stream that fell
   /// silent.
   std::vector<Stamp> drainWithoutWaiting();
+  /// Why decisions were refused since the last call: the map could not follow them, and went on with the next.
+  std::vector<std::string> takeRefusals();
 
   std::size_t waitingDecisions() const { return gate_.size(); }
   /// Where the robot is by all odometry that has come, ahead of the decisions.
@@ -60,11 +61,13 @@ class MapStage {
 
  private:
   void process(const TopologicalAction& action);
+  bool processOrRefuse(const TopologicalAction& action);
   TopologicalAction inNumbersOfTheMap(TopologicalAction action);
   std::optional<RecallGeometry> takeGeometry(Stamp stamp);
   std::optional<Eigen::Vector3d> odometryAt(Stamp stamp) const;
 
   ExperienceMap map_;
+  std::vector<std::string> refusals_;
   NumberSession session_;
   std::vector<std::uint32_t> experience_of_;  ///< number in the map of each number in the pose cells
   std::uint64_t recreated_ = 0;

@@ -40,8 +40,7 @@ std::vector<Stamp> MapStage::drain() {
     if (wait_for_geometry_ && geometry_.count(next->stamp) == 0) break;
     const TopologicalAction action = *next;
     gate_.pop();
-    process(action);
-    processed.push_back(action.stamp);
+    if (processOrRefuse(action)) processed.push_back(action.stamp);
   }
   return processed;
 }
@@ -51,10 +50,25 @@ std::vector<Stamp> MapStage::drainWithoutWaiting() {
   while (const TopologicalAction* next = gate_.waiting()) {
     const TopologicalAction action = *next;
     gate_.pop();
-    process(action);
-    processed.push_back(action.stamp);
+    if (processOrRefuse(action)) processed.push_back(action.stamp);
   }
   return processed;
+}
+
+bool MapStage::processOrRefuse(const TopologicalAction& action) {
+  try {
+    process(action);
+    return true;
+  } catch (const std::invalid_argument& e) {  // it is gone; what was processed before it is told all the same
+    refusals_.emplace_back(e.what());
+  }
+  return false;
+}
+
+std::vector<std::string> MapStage::takeRefusals() {
+  std::vector<std::string> refusals;
+  refusals.swap(refusals_);
+  return refusals;
 }
 
 void MapStage::save(State& state) const {

@@ -116,6 +116,7 @@ void Pipeline::drain(Progress& progress) {
   const Stopwatch watch(times_.experience_map);
   for (const PoseCellDecision& decision : progress.decisions) map_.addDecision(decision.action);
   progress.mapped = map_.drain();
+  for (std::string& why : map_.takeRefusals()) progress.refusals.push_back(std::move(why));
 }
 
 }  // namespace ratslam

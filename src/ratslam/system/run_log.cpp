@@ -1,6 +1,7 @@
 #include "ratslam/system/run_log.h"
 
 #include <array>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <set>
@@ -98,6 +99,12 @@ class JsonFields {
   void write(const std::string& value) {
     out_ << '"';
     for (const char c : value) {
+      if (static_cast<unsigned char>(c) < 0x20) {  // JSON has no other way to write a control character
+        char code[8];
+        std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
+        out_ << code;
+        continue;
+      }
       if (c == '"' || c == '\\') out_ << '\\';
       out_ << c;
     }

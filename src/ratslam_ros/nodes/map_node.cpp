@@ -81,16 +81,12 @@ void MapNode::onDecision(const Message& message) {
 }
 
 void MapNode::drain(bool wait) {
-  for (bool done = false; !done;) {
-    try {
-      const std::vector<Stamp> processed = wait ? stage_.drain() : stage_.drainWithoutWaiting();
-      if (wait && !processed.empty()) silence_.messageArrived();
-      publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
-      done = true;
-    } catch (const std::invalid_argument& e) {  // that decision is gone, what waits behind it is not
-      bad_decision_.report(std::string("decision of the pose cells dropped: ") + e.what());
-    }
+  const std::vector<Stamp> processed = wait ? stage_.drain() : stage_.drainWithoutWaiting();
+  for (const std::string& why : stage_.takeRefusals()) {
+    bad_decision_.report("decision of the pose cells dropped: " + why);
   }
+  if (wait && !processed.empty()) silence_.messageArrived();
+  publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
   publisher_.publishMapIfDue(stage_.map());
   reportGoal();
 }
