@@ -32,8 +32,9 @@ struct OdometryStreamParams {
   void visitFields(Visitor&& visit) {
     visit("odometry_gap", odometry_gap, Bounds{1e-3, 1e6},
           "silence of the odometry from which on nobody has measured the motion [s]");
-    visit("time_reset", time_reset, Bounds{1e-3, 1e6},
-          "stamps that step back by less are late and left out, by more a new beginning [s]");
+    visit("odometry_reset", time_reset, Bounds{1e-3, 1e6},
+          "odometry and views whose stamps step back by less are late and left out, by more a new beginning "
+          "[s]");
   }
   /// @throws std::invalid_argument naming key, value and bound
   void validate() const { checkBounds(*this); }
