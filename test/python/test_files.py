@@ -377,3 +377,12 @@ def test_names_in_figures_are_no_formulas(drive, tmp_path):
     axes.legend()
     plotting.finish(pyplot, figure, str(tmp_path / "f.png"))
     assert os.path.getsize(tmp_path / "f.png") > 0
+
+
+def test_truth_of_a_drive_with_a_late_image_is_taken_in_the_order_of_time(tmp_path, capsys):
+    row = "1 0 0 {} 0 1 0 0 0 0 1 0\n"
+    (tmp_path / "poses.txt").write_text("".join(row.format(x) for x in (0, 2, 1, 3)))
+    (tmp_path / "times.txt").write_text("0\n0.2\n0.1\n0.3\n")
+    truth = read_trajectory(str(tmp_path / "poses.txt"), times=str(tmp_path / "times.txt"))
+    assert truth.positions[:, 0].tolist() == [0, 1, 2, 3]
+    assert "1 times lie before the one before" in capsys.readouterr().err

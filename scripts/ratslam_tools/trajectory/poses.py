@@ -5,6 +5,7 @@ comment.
 """
 
 import re
+import sys
 from typing import Optional
 
 import numpy as np
@@ -140,6 +141,15 @@ def read_times(path: str) -> np.ndarray:
     return times
 
 
+def _in_order_of_time(trajectory: Trajectory, times: str) -> Trajectory:
+    """The poses of a recording in which a few images came late, in the order of their stamps."""
+    back = np.count_nonzero(np.diff(trajectory.stamps) < 0)
+    if back == 0 or 2 * back > len(trajectory):
+        return trajectory
+    print(f"{times}: {back} times lie before the one before; poses are taken in the order of time", file=sys.stderr)
+    return trajectory.select(np.argsort(trajectory.stamps, kind="stable"))
+
+
 def read_trajectory(
     path: str, form: str = "auto", times: Optional[str] = None, allow_repeats: bool = False
 ) -> Trajectory:
@@ -178,6 +188,7 @@ def read_trajectory(
         if len(stamps) < len(trajectory):
             raise InputError(f"{times}: {len(stamps)} times for the {len(trajectory)} poses of {path}")
         trajectory.stamps = stamps[: len(trajectory)]
+        trajectory = _in_order_of_time(trajectory, times)
     return trajectory.check(allow_repeats)
 
 

@@ -92,13 +92,22 @@ TEST_F(FolderFormsTest, TimesThatNoRecordingHasAreNamed) {
     write("times.txt", times);
     expectComplaint([&] { KittiFolder{folder_.string()}; }, {"times.txt:", words});
   };
-  refused("0\n0\n1\n", ":2: '0' does not lie after the time before it");
-  refused("0\n1\n0.5\n", ":3: '0.5' does not lie after");
+  refused("0\n0\n0\n", ": only 0 of 3 times lie after the one before");
+  refused("2\n1\n0\n", ": only 0 of 3 times lie after the one before");
   refused("0\n1\n1e300\n", ":3: '1e300' lies outside 0 to 2^32 s");
   refused("-1\n0\n1\n", ":1: '-1' lies outside");
   refused("0\n0,5\n1\n", ":2: '0,5' is not a time in seconds; write decimals with points");
   refused("0\nnan\n1\n", ":2: 'nan' is not a time");
   refused("0\n0x10\n17\n", ":2: '0x10' is not a time");
+}
+
+TEST_F(FolderFormsTest, AFewTimesThatDoNotRiseAreLeftToTheImageStage) {
+  for (int i = 0; i < 5; ++i) writeImage("image_0/" + std::to_string(i) + ".png");
+  write("times.txt", "0\n0.2\n0.1\n0.3\n0.4\n");
+  KittiFolder folder(folder_.string());
+  std::vector<Stamp> stamps;
+  while (const auto item = folder.next()) stamps.push_back(std::get<RecordedImage>(*item).stamp);
+  EXPECT_EQ(stamps, (std::vector<Stamp>{0, 200000000, 100000000, 300000000, 400000000}));
 }
 
 TEST_F(FolderFormsTest, TheCameraIsFoundWhereverItStandsAndReadOnlyWhenAskedFor) {
