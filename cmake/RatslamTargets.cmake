@@ -1,7 +1,28 @@
-# Helpers that keep CMakeLists.txt short: warnings, one test program a module, one benchmark program a file.
+# Helpers that keep CMakeLists.txt short: warnings, what is exported, one test program a module, one benchmark program
+# a file.
 
 function(ratslam_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow -Werror)
+endfunction()
+
+# The core for other CMake projects: find_package(ratslam) gives ratslam::ratslam, wherever the prefix is moved to.
+# Sets ratslam_library_destination.
+function(ratslam_export_core)
+  include(GNUInstallDirs)
+  include(CMakePackageConfigHelpers)
+  if(RATSLAM_ROS)
+    set(library_destination ${CATKIN_PACKAGE_LIB_DESTINATION})
+  else()
+    set(library_destination ${CMAKE_INSTALL_LIBDIR})
+  endif()
+  set(ratslam_library_destination ${library_destination} PARENT_SCOPE)
+  set(package ${library_destination}/cmake/ratslam)
+  install(TARGETS ratslam EXPORT ratslam LIBRARY DESTINATION ${library_destination})
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ratslam DESTINATION include)
+  install(EXPORT ratslam NAMESPACE ratslam:: FILE ratslamTargets.cmake DESTINATION ${package})
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/ratslamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${PROJECT_SOURCE_DIR}/cmake/ratslamConfig.cmake ${PROJECT_BINARY_DIR}/ratslamConfigVersion.cmake
+    DESTINATION ${package})
 endfunction()
 
 # Each folder test/unit/<module> becomes one program <module>_test; those named ros_<part> test the ROS library.

@@ -9,7 +9,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "town/ros/bag_town_sink.h"
+#include "bags.h"
 #include "town/town_run.h"
 
 namespace {
@@ -43,7 +43,7 @@ std::string takeRoot(std::vector<std::string>& arguments) {
 }
 
 std::unique_ptr<ratslam::TownSink> makeSink(const ratslam::TownOptions& options, const std::string& root) {
-  if (endsWith(options.out, ".bag")) return std::make_unique<ratslam::BagTownSink>(options, root);
+  if (endsWith(options.out, ".bag")) return ratslam::makeBagSink(options, root);
   return ratslam::makeFolderSink(options);
 }
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "ratslam/odometry/registry.h"
-#include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/system_keys.h"
 
 namespace ratslam {
 namespace {

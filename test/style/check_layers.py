@@ -13,6 +13,8 @@ ROS_PACKAGES = (
     "visualization_msgs", "ratslam_ros", "tf2", "tf2_ros", "tf2_eigen", "tf2_geometry_msgs", "cv_bridge",
     "image_transport", "diagnostic_updater", "message_filters", "pluginlib", "nodelet",
 )
+# Headers that describe the nodes' parameters and need nothing of ROS.
+WITHOUT_ROS = {"ratslam_ros/support/node_params.h", "ratslam_ros/support/system_keys.h"}
 # What each part of the core may use of the rest of it; system is where they all meet, view shows all of it.
 COMMON = {"common", "simd", "events.h", "version.h"}
 ALLOWED = {
@@ -56,6 +58,11 @@ def complaints(tree):
             for number, included in includes(path):
                 if included.split("/")[0] in ROS_PACKAGES and "/" in included:
                     yield f"{path.relative_to(tree)}:{number}: includes {included}, but the town knows no ROS"
+    for path in sorted(list((tree / "src/tools").glob("*.h")) + list((tree / "src/tools").glob("*.cpp"))):
+        for number, included in includes(path):
+            if included.split("/")[0] in ROS_PACKAGES and "/" in included and included not in WITHOUT_ROS:
+                yield (f"{path.relative_to(tree)}:{number}: includes {included}, but the tools build without ROS; "
+                       "what needs it lies in src/tools/with_ros")
     nodes = tree / "src" / "nodes"
     for path in sorted(nodes.glob("*.cpp")):
         lines = len(path.read_text(encoding="utf-8").splitlines())

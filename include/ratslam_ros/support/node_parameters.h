@@ -7,11 +7,11 @@
 
 #include <ros/node_handle.h>
 
-#include <set>
 #include <string>
 
 #include "ratslam/common/parameter_map.h"
 #include "ratslam_ros/support/node_params.h"
+#include "ratslam_ros/support/system_keys.h"
 
 namespace ratslam {
 
@@ -30,9 +30,6 @@ Params readParams(const ParameterMap& parameters) {
   parameters.read(params);
   return params;
 }
-
-/// Every key that some part of the system understands.
-std::set<std::string> systemKeys();
 
 /// Name of a topic below `topic_root`, relative unless the root is absolute.
 /// @throws std::invalid_argument where the root cannot be part of a ROS name

@@ -8,8 +8,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "ratslam/system/pipeline.h"
-
 namespace ratslam {
 namespace {
 
@@ -48,12 +46,6 @@ ParameterMap parametersFromXmlRpc(XmlRpc::XmlRpcValue& dictionary, const std::st
     map.set(key, parameter);
   }
   return map;
-}
-
-std::set<std::string> systemKeys() {
-  std::set<std::string> keys = PipelineParams::knownKeys();
-  keys.merge(keysOf<NodeParams>());
-  return keys;
 }
 
 ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::NodeHandle& private_handle) {
