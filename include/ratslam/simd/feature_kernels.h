@@ -54,10 +54,13 @@ struct FeatureKernels {
 
   /// Number of differing bits of two descriptors of 32 bytes.
   int (*hammingDistance)(const std::uint8_t* a, const std::uint8_t* b);
+  /// Those of a descriptor to `count` others that lie one behind the other.
+  void (*hammingDistances)(const std::uint8_t* one, const std::uint8_t* others, std::size_t count,
+                           int* distances);
 };
 
 /// Those of AVX2 for AVX-512, too, and for every other level what all machines of the architecture have.
-/// @pre the machine has the level.
+/// @throws std::invalid_argument where this processor lacks the level.
 const FeatureKernels& featureKernels(SimdLevel level = bestSimdLevel());
 
 }  // namespace ratslam

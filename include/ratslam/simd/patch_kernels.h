@@ -61,7 +61,7 @@ struct PatchKernels {
 };
 
 /// Those of AVX-512 or AVX2, and for every other level what all machines of the architecture have.
-/// @pre the machine has the level.
+/// @throws std::invalid_argument where this processor lacks the level.
 const PatchKernels& patchKernels(SimdLevel level = bestSimdLevel());
 
 }  // namespace ratslam

@@ -70,7 +70,7 @@ struct RowKernels {
 };
 
 /// Those of AVX2 and AVX-512, and for every other level what all machines of the architecture have.
-/// @pre the machine has the level.
+/// @throws std::invalid_argument where this processor lacks the level.
 const RowKernels& rowKernels(SimdLevel level);
 
 }  // namespace ratslam

@@ -36,7 +36,7 @@ struct SchurKernels {
 };
 
 /// Those of AVX-512 or AVX2, and for every other level what all machines of the architecture have.
-/// @pre the machine has the level.
+/// @throws std::invalid_argument where this processor lacks the level.
 const SchurKernels& schurKernels(SimdLevel level = bestSimdLevel());
 
 }  // namespace ratslam

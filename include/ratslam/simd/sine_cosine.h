@@ -27,6 +27,7 @@ SineCosine sineCosine(double angle_rad);
 /// Of `count` angles.
 using SinesCosines = void (*)(const double* angles_rad, std::size_t count, double* sines, double* cosines);
 
+/// @throws std::invalid_argument where this processor lacks the level.
 SinesCosines sinesCosinesFor(SimdLevel level);
 
 }  // namespace ratslam

@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "ratslam/simd/simd_level.h"
+
 namespace ratslam {
 
 /// The shape of templates and shifts.
@@ -44,12 +46,14 @@ struct SlidingShape {
 std::uint16_t slidingExcess(const SlidingShape& shape, const std::vector<std::uint8_t>& bytes,
                             std::size_t shift);
 
-#if defined(__x86_64__)
-/// For each template of `group_count` groups, the smallest SAD over the shifts. Needs AVX-512F and BW.
+/// For each template of `group_count` groups, the smallest SAD over the shifts.
 /// @param groups aligned to 64 bytes. @param view quads x 4 columns of each row, row by row.
 /// @param smallest 8 values a group.
-void smallestSlidingSads(const std::uint8_t* groups, std::size_t group_count, const SlidingShape& shape,
-                         const std::vector<std::uint32_t>& view, std::uint32_t* smallest);
-#endif
+using SlidingSads = void (*)(const std::uint8_t* groups, std::size_t group_count, const SlidingShape& shape,
+                             const std::vector<std::uint32_t>& view, std::uint32_t* smallest);
+
+/// Null for levels that have no such instruction: the general kernels are their form of it.
+/// @throws std::invalid_argument where this processor lacks the level.
+SlidingSads slidingSadsFor(SimdLevel level);
 
 }  // namespace ratslam

@@ -1,14 +1,13 @@
-/// The feature kernels, for whichever instruction set the including source has chosen. It defines
-/// RATSLAM_REGISTER_BYTES (bytes in a register) and includes this file inside an unnamed namespace of its own
-/// target, after all standard headers: nothing here may be shared between targets by the linker.
+/// The feature kernels, see level_body.h.
 
 constexpr int kLanes = RATSLAM_REGISTER_BYTES;
 static_assert(kLanes <= kLeastRow, "rows may be shorter than a register");
 
-typedef std::uint8_t Bytes __attribute__((vector_size(kLanes), aligned(1), may_alias));
+typedef std::uint8_t Bytes __attribute__((vector_size(kLanes)));
+typedef std::uint8_t LooseBytes __attribute__((vector_size(kLanes), aligned(1), may_alias));
 
-inline Bytes load(const std::uint8_t* bytes) { return *reinterpret_cast<const Bytes*>(bytes); }
-inline void store(std::uint8_t* bytes, Bytes value) { *reinterpret_cast<Bytes*>(bytes) = value; }
+inline Bytes load(const std::uint8_t* bytes) { return *reinterpret_cast<const LooseBytes*>(bytes); }
+inline void store(std::uint8_t* bytes, Bytes value) { *reinterpret_cast<LooseBytes*>(bytes) = value; }
 
 struct Larger {
   static Bytes of(Bytes a, Bytes b) { return a > b ? a : b; }
@@ -61,7 +60,7 @@ void cornerScores(const std::uint8_t* row, std::ptrdiff_t stride, int count, int
   for (int i = 0; i < 16; ++i) offsets[i] = kY[i] * stride + kX[i];
   const Bytes least = Bytes{} + static_cast<std::uint8_t>(threshold);
 
-  eachVector(count, [&](int x) {
+  eachVector(count, [&](int x) RATSLAM_LAMBDA {
     const std::uint8_t* at = row + x;
     const Bytes centre = load(at);
     // Nine in a row hold two neighbours of the four at the compass points: a quick no for flat regions.
@@ -86,7 +85,7 @@ void cornerScores(const std::uint8_t* row, std::ptrdiff_t stride, int count, int
 }
 
 void localMaxima(const std::uint8_t* const scores[3], int count, std::uint8_t* maxima) {
-  eachVector(count, [&](int x) {
+  eachVector(count, [&](int x) RATSLAM_LAMBDA {
     const Bytes here = load(scores[1] + x);
     if (!anySet(here)) {
       store(maxima + x, Bytes{});
@@ -198,7 +197,7 @@ inline int countBits(std::uint64_t word) {
 #endif
 }
 
-int hammingDistance(const std::uint8_t* a, const std::uint8_t* b) {
+inline int hammingDistance(const std::uint8_t* a, const std::uint8_t* b) {
   int distance = 0;
   for (int word = 0; word < 4; ++word) {
     std::uint64_t one = 0;
@@ -210,5 +209,10 @@ int hammingDistance(const std::uint8_t* a, const std::uint8_t* b) {
   return distance;
 }
 
-constexpr FeatureKernels kFeatureKernels{cornerScores, localMaxima, smoothColumns,  smoothRow,
-                                         discMoments,  describe,    hammingDistance};
+void hammingDistances(const std::uint8_t* one, const std::uint8_t* others, std::size_t count,
+                      int* distances) {
+  for (std::size_t i = 0; i < count; ++i) distances[i] = hammingDistance(one, others + 32 * i);
+}
+
+constexpr FeatureKernels kFeatureKernels{cornerScores, localMaxima, smoothColumns,   smoothRow,
+                                         discMoments,  describe,    hammingDistance, hammingDistances};

@@ -1,14 +1,13 @@
-/// The patch kernels, for whichever instruction set the including source has chosen. It defines
-/// RATSLAM_REGISTER_BYTES (bytes in a register) and includes this file inside an unnamed namespace of its own
-/// target, after all standard headers: nothing here may be shared between targets by the linker. Registers
-/// narrower than a row take it in parts.
+/// The patch kernels, see level_body.h. Registers narrower than a row take it in parts.
 
-typedef float Row __attribute__((vector_size(4 * kPatchColumns), aligned(4), may_alias));
-typedef std::int32_t Ints __attribute__((vector_size(4 * kPatchColumns), aligned(4), may_alias));
+typedef float Row __attribute__((vector_size(4 * kPatchColumns)));
+typedef float LooseRow __attribute__((vector_size(4 * kPatchColumns), aligned(4), may_alias));
+typedef std::int32_t Ints __attribute__((vector_size(4 * kPatchColumns)));
 
-// Vectors go by reference: their calling convention hangs on the instruction set.
-inline const Row& rowAt(const float* values) { return *reinterpret_cast<const Row*>(values); }
-inline Row& rowAt(float* values) { return *reinterpret_cast<Row*>(values); }
+// Vectors do not go by value, because their calling convention hangs on the instruction set; nor are rows in memory
+// handed on by reference, because clang then takes them for aligned.
+#define RATSLAM_ROW(values) (*reinterpret_cast<const LooseRow*>(values))
+inline void storeRow(const Row& row, float* values) { *reinterpret_cast<LooseRow*>(values) = row; }
 inline void loadGreys(const std::uint8_t* bytes, Row& row) {
 #if RATSLAM_REGISTER_BYTES == 64
   constexpr __mmask16 kAll = 0xffff;  // without a mask GCC 12 takes its own header for faulty
@@ -51,8 +50,10 @@ void sampleRim(const std::uint8_t* image, std::ptrdiff_t stride, const float* or
                float* rim) {
   const auto row_step = static_cast<std::int32_t>(stride);
   for (int i = 0; i < kRimStorage; i += kPatchColumns) {
-    const Row x = origin[0] + step[0] * rowAt(kRimPlaces.u + i) + step[1] * rowAt(kRimPlaces.v + i);
-    const Row y = origin[1] + step[2] * rowAt(kRimPlaces.u + i) + step[3] * rowAt(kRimPlaces.v + i);
+    const Row x =
+        origin[0] + step[0] * RATSLAM_ROW(kRimPlaces.u + i) + step[1] * RATSLAM_ROW(kRimPlaces.v + i);
+    const Row y =
+        origin[1] + step[2] * RATSLAM_ROW(kRimPlaces.u + i) + step[3] * RATSLAM_ROW(kRimPlaces.v + i);
     const Ints column = __builtin_convertvector(x, Ints);
     const Ints line = __builtin_convertvector(y, Ints);
     const Row fx = x - __builtin_convertvector(column, Row);
@@ -75,7 +76,7 @@ void sampleRim(const std::uint8_t* image, std::ptrdiff_t stride, const float* or
                       fx * __builtin_convertvector(upper >> 8, Row);
     const Row below = (1.0F - fx) * __builtin_convertvector(lower & 255, Row) +
                       fx * __builtin_convertvector(lower >> 8, Row);
-    rowAt(rim + i) = (1.0F - fy) * above + fy * below;
+    storeRow((1.0F - fy) * above + fy * below, rim + i);
   }
 }
 
@@ -85,12 +86,12 @@ TemplateSums fillTemplate(const float* rim, PatchTemplate& patch) {
   Row along_y{};
   for (int v = 0; v < kPatchRows; ++v) {
     const float* at = rim + (v + 1) * kRimColumns + 1;
-    const Row here = rowAt(at);
-    const Row right = 0.5F * (rowAt(at + 1) - rowAt(at - 1));
-    const Row down = 0.5F * (rowAt(at + kRimColumns) - rowAt(at - kRimColumns));
-    rowAt(patch.value + v * kPatchColumns) = here;
-    rowAt(patch.gradient_x + v * kPatchColumns) = right;
-    rowAt(patch.gradient_y + v * kPatchColumns) = down;
+    const Row here = RATSLAM_ROW(at);
+    const Row right = 0.5F * (RATSLAM_ROW(at + 1) - RATSLAM_ROW(at - 1));
+    const Row down = 0.5F * (RATSLAM_ROW(at + kRimColumns) - RATSLAM_ROW(at - kRimColumns));
+    storeRow(here, patch.value + v * kPatchColumns);
+    storeRow(right, patch.gradient_x + v * kPatchColumns);
+    storeRow(down, patch.gradient_y + v * kPatchColumns);
     value += here;
     along_x += right;
     along_y += down;
@@ -106,12 +107,12 @@ TemplateSums fillTemplate(const float* rim, PatchTemplate& patch) {
   Row xy{};
   Row yy{};
   for (int i = 0; i < kPatchArea; i += kPatchColumns) {
-    const Row here = rowAt(patch.value + i) - patch.mean;
-    const Row right = rowAt(patch.gradient_x + i) - mean_x;
-    const Row down = rowAt(patch.gradient_y + i) - mean_y;
-    rowAt(patch.value + i) = here;
-    rowAt(patch.gradient_x + i) = right;
-    rowAt(patch.gradient_y + i) = down;
+    const Row here = RATSLAM_ROW(patch.value + i) - patch.mean;
+    const Row right = RATSLAM_ROW(patch.gradient_x + i) - mean_x;
+    const Row down = RATSLAM_ROW(patch.gradient_y + i) - mean_y;
+    storeRow(here, patch.value + i);
+    storeRow(right, patch.gradient_x + i);
+    storeRow(down, patch.gradient_y + i);
     vv += here * here;
     vx += here * right;
     vy += here * down;
@@ -144,11 +145,13 @@ PatchSums compare(const std::uint8_t* corner, std::ptrdiff_t stride, float fx, f
     upper = lower;
     sum += value;
     square += value * value;
-    product += value * rowAt(patch.value + v * kPatchColumns);
-    along_x += value * rowAt(patch.gradient_x + v * kPatchColumns);
-    along_y += value * rowAt(patch.gradient_y + v * kPatchColumns);
+    product += value * RATSLAM_ROW(patch.value + v * kPatchColumns);
+    along_x += value * RATSLAM_ROW(patch.gradient_x + v * kPatchColumns);
+    along_y += value * RATSLAM_ROW(patch.gradient_y + v * kPatchColumns);
   }
   return {sumOf(sum), sumOf(square), sumOf(product), sumOf(along_x), sumOf(along_y)};
 }
 
 constexpr PatchKernels kPatchKernels{sampleRim, fillTemplate, compare};
+
+#undef RATSLAM_ROW

@@ -1,15 +1,15 @@
-/// The row kernels, for whichever instruction set the including source has chosen. It defines
-/// RATSLAM_SIMD_LANES (doubles in a register) and includes this file inside an unnamed namespace of its own
-/// target, after all standard headers: nothing here may be shared between targets by the linker.
+/// The row kernels, see level_body.h.
 
-constexpr int kLanes = RATSLAM_SIMD_LANES;
+constexpr int kLanes = RATSLAM_REGISTER_BYTES / 8;
 constexpr int kParts = kRowQuantum / kLanes;
 
-typedef double Vec __attribute__((vector_size(kLanes * sizeof(double)), aligned(8), may_alias));
-typedef long long Mask __attribute__((vector_size(kLanes * sizeof(double)), aligned(8), may_alias));
+typedef double Vec __attribute__((vector_size(kLanes * sizeof(double))));
+typedef double LooseVec __attribute__((vector_size(kLanes * sizeof(double)), aligned(8), may_alias));
+typedef long long Mask __attribute__((vector_size(kLanes * sizeof(double))));
+typedef long long LooseMask __attribute__((vector_size(kLanes * sizeof(double)), aligned(8), may_alias));
 
-inline Vec load(const double* cells) { return *reinterpret_cast<const Vec*>(cells); }
-inline void store(double* cells, Vec value) { *reinterpret_cast<Vec*>(cells) = value; }
+inline Vec load(const double* cells) { return *reinterpret_cast<const LooseVec*>(cells); }
+inline void store(double* cells, Vec value) { *reinterpret_cast<LooseVec*>(cells) = value; }
 inline Vec larger(Vec a, Vec b) { return a > b ? a : b; }
 
 inline double largestLane(Vec value) {
@@ -49,11 +49,12 @@ inline void copyShort(const double* from, double* to, int count) {
 
 void copyRows(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
               int n_segments) {
-  eachSegment(in, out, rows, segments, n_segments, [](const double* from, double* to, int count) {
-    int x = 0;
-    for (; x + 2 * kLanes < count; x += kLanes) store(to + x, load(from + x));
-    copyShort<kLanes>(from + x, to + x, count - x);
-  });
+  eachSegment(in, out, rows, segments, n_segments,
+              [](const double* from, double* to, int count) RATSLAM_LAMBDA {
+                int x = 0;
+                for (; x + 2 * kLanes < count; x += kLanes) store(to + x, load(from + x));
+                copyShort<kLanes>(from + x, to + x, count - x);
+              });
 }
 
 template <bool kAdd>
@@ -61,14 +62,16 @@ void blend(RowSet<const double> in, std::ptrdiff_t other, const double* weights,
            const RowSegment* segments, int n_segments) {
   const double here = weights[0];
   const double there = weights[1];
-  eachSegment(in, out, rows, segments, n_segments, [=](const double* from, double* to, int count) {
-    int x = 0;
-    for (; x + kLanes <= count; x += kLanes) {
-      const Vec blended = load(from + x) * here + load(from + x + other) * there;
-      store(to + x, kAdd ? load(to + x) + blended : blended);
-    }
-    for (; x < count; ++x) to[x] = (kAdd ? to[x] : 0.0) + (from[x] * here + from[x + other] * there);
-  });
+  eachSegment(in, out, rows, segments, n_segments,
+              [=](const double* from, double* to, int count) RATSLAM_LAMBDA {
+                int x = 0;
+                for (; x + kLanes <= count; x += kLanes) {
+                  const Vec blended = load(from + x) * here + load(from + x + other) * there;
+                  store(to + x, kAdd ? load(to + x) + blended : blended);
+                }
+                for (; x < count; ++x)
+                  to[x] = (kAdd ? to[x] : 0.0) + (from[x] * here + from[x + other] * there);
+              });
 }
 
 /// The radius is a constant where `kRadius` is not 0, which lets the compiler unroll.
@@ -147,7 +150,7 @@ double inhibit(const double* excited, std::ptrdiff_t excited_stride, double* cel
         const int at = x + p * kLanes;
         const Vec left = load(excited + at) - load(cells + at) - global;
         const Mask positive = left > 0.0;
-        const Vec value = (positive & *reinterpret_cast<const Mask*>(keep + at)) ? left : Vec{};
+        const Vec value = (positive & *reinterpret_cast<const LooseMask*>(keep + at)) ? left : Vec{};
         store(cells + at, value);
         partial[p] += value;
         of_row = larger(value, of_row);

@@ -1,17 +1,13 @@
-#include "ratslam/simd/sad_kernels.h"
-
-#include <algorithm>
-#include <cstring>
 #include <limits>
-#include <stdexcept>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#elif defined(__aarch64__)
+#include "levels.h"
+
+#if defined(__aarch64__)
 #include <arm_neon.h>
 #endif
 
 namespace ratslam {
+
 namespace {
 
 std::uint32_t chunkSad(const std::uint8_t* bytes, std::uint64_t view, std::uint64_t mask) {
@@ -25,6 +21,8 @@ std::uint32_t chunkSad(const std::uint8_t* bytes, std::uint64_t view, std::uint6
   }
   return sum;
 }
+
+}  // namespace
 
 void smallestSadsScalar(const std::uint8_t* groups, std::size_t group_count, const ShiftedViews& views,
                         std::uint32_t* smallest) {
@@ -48,6 +46,8 @@ void smallestSadsScalar(const std::uint8_t* groups, std::size_t group_count, con
 
 #if defined(__x86_64__)
 
+namespace {
+
 inline __m128i broadcast128(const std::uint64_t& word) {
   return _mm_set1_epi64x(static_cast<long long>(word));
 }
@@ -64,8 +64,10 @@ inline void addMasked128(const std::uint8_t* bytes, const ShiftBlock& block, std
   }
 }
 
-void smallestSadsSse2(const std::uint8_t* groups, std::size_t group_count, const ShiftedViews& views,
-                      std::uint32_t* smallest) {
+}  // namespace
+
+void smallestSadsOfArchitecture(const std::uint8_t* groups, std::size_t group_count,
+                                const ShiftedViews& views, std::uint32_t* smallest) {
   constexpr std::size_t kPairs = kGroupLanes / 2;
   for (std::size_t pair = 0; pair < group_count * kPairs; ++pair) {
     const std::uint8_t* bytes =
@@ -93,6 +95,8 @@ void smallestSadsSse2(const std::uint8_t* groups, std::size_t group_count, const
   }
 }
 
+namespace {
+
 __attribute__((target("avx2"))) inline __m256i broadcast256(const std::uint64_t& word) {
   return _mm256_set1_epi64x(static_cast<long long>(word));
 }
@@ -109,6 +113,8 @@ __attribute__((target("avx2"))) inline void addMasked256(const std::uint8_t* byt
     }
   }
 }
+
+}  // namespace
 
 __attribute__((target("avx2"))) void smallestSadsAvx2(const std::uint8_t* groups, std::size_t group_count,
                                                       const ShiftedViews& views, std::uint32_t* smallest) {
@@ -134,6 +140,8 @@ __attribute__((target("avx2"))) void smallestSadsAvx2(const std::uint8_t* groups
                      _mm256_castsi256_si128(_mm256_permutevar8x32_epi32(least, low_halves)));
   }
 }
+
+namespace {
 
 __attribute__((target("avx512f,avx512bw"))) inline __m512i broadcast512(const std::uint64_t& word) {
   return _mm512_set1_epi64(static_cast<long long>(word));
@@ -190,6 +198,8 @@ __attribute__((target("avx512f,avx512bw"))) void smallestSads512(const std::uint
   }
 }
 
+}  // namespace
+
 void smallestSadsAvx512(const std::uint8_t* groups, std::size_t group_count, const ShiftedViews& views,
                         std::uint32_t* smallest) {
   const bool narrow = views.most_compared * 255 <= std::numeric_limits<std::uint16_t>::max();
@@ -198,8 +208,8 @@ void smallestSadsAvx512(const std::uint8_t* groups, std::size_t group_count, con
 
 #elif defined(__aarch64__)
 
-void smallestSadsNeon(const std::uint8_t* groups, std::size_t group_count, const ShiftedViews& views,
-                      std::uint32_t* smallest) {
+void smallestSadsOfArchitecture(const std::uint8_t* groups, std::size_t group_count,
+                                const ShiftedViews& views, std::uint32_t* smallest) {
   for (std::size_t lane = 0; lane < group_count * kGroupLanes; ++lane) {
     const std::uint8_t* bytes =
         groups + lane / kGroupLanes * views.group_chunks * kChunkBytes + lane % kGroupLanes * 8;
@@ -220,30 +230,13 @@ void smallestSadsNeon(const std::uint8_t* groups, std::size_t group_count, const
   }
 }
 
-#endif
+#else
 
-}  // namespace
-
-SmallestSads smallestSadsFor(SimdLevel level) {
-  const std::vector<SimdLevel> levels = availableSimdLevels();
-  if (std::find(levels.begin(), levels.end(), level) == levels.end()) {
-    throw std::invalid_argument("template search: this processor lacks the requested instruction set");
-  }
-  switch (level) {
-#if defined(__x86_64__)
-    case SimdLevel::kSse2:
-      return smallestSadsSse2;
-    case SimdLevel::kAvx2:
-      return smallestSadsAvx2;
-    case SimdLevel::kAvx512:
-      return smallestSadsAvx512;
-#elif defined(__aarch64__)
-    case SimdLevel::kNeon:
-      return smallestSadsNeon;
-#endif
-    default:
-      return smallestSadsScalar;
-  }
+void smallestSadsOfArchitecture(const std::uint8_t* groups, std::size_t group_count,
+                                const ShiftedViews& views, std::uint32_t* smallest) {
+  smallestSadsScalar(groups, group_count, views, smallest);
 }
+
+#endif
 
 }  // namespace ratslam

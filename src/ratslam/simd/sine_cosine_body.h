@@ -1,11 +1,11 @@
-/// Sines and cosines for whichever instruction set the including source has chosen. It defines
-/// RATSLAM_SIMD_LANES (doubles in a register) and includes this file inside an unnamed namespace of its own
-/// target, after all standard headers: nothing here may be shared between targets by the linker.
+/// Sines and cosines of many angles, see level_body.h.
 
-constexpr std::size_t kLanes = RATSLAM_SIMD_LANES;
+constexpr std::size_t kLanes = RATSLAM_REGISTER_BYTES / 8;
 
-typedef double Doubles __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
-typedef std::int64_t Words __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
+typedef double Doubles __attribute__((vector_size(8 * kLanes)));
+typedef double LooseDoubles __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
+typedef std::int64_t Words __attribute__((vector_size(8 * kLanes), may_alias));
+typedef std::int64_t LooseWords __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
 
 /// Clears `reduced` in lanes of angles beyond kLargestReducedAngle, whose results mean nothing. Through
 /// memory, because vectors as arguments are a matter of the target's calling convention.
@@ -18,7 +18,7 @@ inline void sinesCosinesOfRegister(const double* angles, double* sines, double* 
   // Added to a small number, it leaves that number's nearest integer in the last bits.
   constexpr double kToInteger = 0x1.8p+52;
 
-  const Doubles angle = *reinterpret_cast<const Doubles*>(angles);
+  const Doubles angle = *reinterpret_cast<const LooseDoubles*>(angles);
   reduced &= (angle <= kLargestReducedAngle) & (angle >= -kLargestReducedAngle);
   const Doubles shifted = angle * kTwoByPi + kToInteger;
   const Words quarter = reinterpret_cast<const Words&>(shifted);  // its last 2 bits
@@ -58,8 +58,8 @@ inline void sinesCosinesOfRegister(const double* angles, double* sines, double* 
   const Words odd = -(quarter & 1);
   const Words sine_sign = (quarter & 2) << 62;
   const Words cosine_sign = ((quarter + 1) & 2) << 62;
-  *reinterpret_cast<Words*>(sines) = ((sine_bits & ~odd) | (cosine_bits & odd)) ^ sine_sign;
-  *reinterpret_cast<Words*>(cosines) = ((cosine_bits & ~odd) | (sine_bits & odd)) ^ cosine_sign;
+  *reinterpret_cast<LooseWords*>(sines) = ((sine_bits & ~odd) | (cosine_bits & odd)) ^ sine_sign;
+  *reinterpret_cast<LooseWords*>(cosines) = ((cosine_bits & ~odd) | (sine_bits & odd)) ^ cosine_sign;
 }
 
 void sinesCosines(const double* angles, std::size_t count, double* sines, double* cosines) {

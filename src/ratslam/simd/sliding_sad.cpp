@@ -1,11 +1,6 @@
-#include "ratslam/simd/sliding_sad.h"
-
-#include <algorithm>
 #include <limits>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
+#include "levels.h"
 
 namespace ratslam {
 namespace {
@@ -187,8 +182,8 @@ RATSLAM_AVX512 void smallestSads(const std::uint8_t* groups, std::size_t group_c
 
 }  // namespace
 
-void smallestSlidingSads(const std::uint8_t* groups, std::size_t group_count, const SlidingShape& shape,
-                         const std::vector<std::uint32_t>& view, std::uint32_t* smallest) {
+void slidingSadsAvx512(const std::uint8_t* groups, std::size_t group_count, const SlidingShape& shape,
+                       const std::vector<std::uint32_t>& view, std::uint32_t* smallest) {
   if (shape.quads == kUsualQuads && shape.fetched_chunks == kUsualFetchedChunks) {
     smallestSads<kUsualQuads, kUsualFetchedChunks>(groups, group_count, shape, view.data(), smallest);
   } else {

@@ -99,6 +99,12 @@ TEST_P(FeatureKernelsAt, HammingDistanceCountsBits) {
   int expected = 0;
   for (std::size_t bit = 0; bit < 256; ++bit) expected += ((a[bit / 8] ^ b[bit / 8]) >> (bit % 8)) & 1;
   EXPECT_EQ(kernels.hammingDistance(a.data(), b.data()), expected);
+  std::array<std::uint8_t, 64> others{};
+  std::copy(b.begin(), b.end(), others.begin() + 32);
+  int distances[2] = {};
+  kernels.hammingDistances(b.data(), others.data(), 2, distances);
+  EXPECT_EQ(distances[0], kernels.hammingDistance(b.data(), others.data()));
+  EXPECT_EQ(distances[1], 0);
   b = a;
   EXPECT_EQ(kernels.hammingDistance(a.data(), b.data()), 0);
 }

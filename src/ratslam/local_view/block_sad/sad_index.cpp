@@ -64,7 +64,8 @@ struct SadIndex::View {
   std::vector<std::vector<std::uint8_t>> compared;  // what the view has at each shift, or at all
   SmallestSads smallest_sads = nullptr;             // by columns
   ShiftedViews shifted;
-  bool slides = false;  // by rows
+  SlidingSads sliding_sads = nullptr;  // by rows, where this level has it
+  bool slides = false;
   SlidingShape shape;
   std::vector<std::uint32_t> quads;
 };
@@ -73,7 +74,8 @@ SadIndex::SadIndex(BlockGrid grid, SimdLevel level)
     : grid_(std::move(grid)), view_(std::make_unique<View>()) {
   const std::size_t shifts = grid_.runs().size();
   view_->smallest_sads = smallestSadsFor(level);
-  if (level == SimdLevel::kAvx512 && grid_.slidesByValues() && shifts > kBlockShifts) {
+  view_->sliding_sads = slidingSadsFor(level);
+  if (view_->sliding_sads != nullptr && grid_.slidesByValues() && shifts > kBlockShifts) {
     view_->shape = SlidingShape(grid_.columns(), grid_.rows(), shifts);
     view_->slides = view_->shape.isSupported();
   }
@@ -181,9 +183,7 @@ void SadIndex::smallestSads(std::size_t first, std::size_t last, std::uint32_t* 
     const std::size_t count = std::min(last - first, segment_groups_ - first % segment_groups_);
     const std::uint8_t* groups = firstByteOf(first * kGroupLanes);
     if (view_->slides) {
-#if defined(__x86_64__)
-      smallestSlidingSads(groups, count, view_->shape, view_->quads, smallest);
-#endif
+      view_->sliding_sads(groups, count, view_->shape, view_->quads, smallest);
     } else {
       view_->smallest_sads(groups, count, view_->shifted, smallest);
     }
