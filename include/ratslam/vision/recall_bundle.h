@@ -18,13 +18,6 @@
 
 namespace ratslam {
 
-/// Cross-product matrix: crossMatrix(a) b = a x b.
-inline Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& a) {
-  Eigen::Matrix3d m;
-  m << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
-  return m;
-}
-
 /// How much of a view's pose is free.
 enum class RecallMotion {
   kRotation,  ///< no translation: rotation only

@@ -10,25 +10,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "ratslam/camera/camera_model.h"
+
 namespace ratslam {
-
-/// Pinhole camera behind a lens.
-struct RecallCamera {
-  double fx = 0.0;  ///< focal lengths [px]
-  double fy = 0.0;
-  double cx = 0.0;  ///< principal point [px]
-  double cy = 0.0;
-  /// Pixels as the image has them -> pixels of the ideal pinhole, one to one; empty: the lens does not
-  /// distort.
-  std::function<std::vector<Eigen::Vector2d>(const std::vector<Eigen::Vector2d>&)> undistort;
-
-  /// @throws std::invalid_argument naming key, value and requirement
-  void validate() const;
-};
 
 struct RecallFeatures {
   std::vector<Eigen::Vector2f> bearings;  ///< (X/Z, Y/Z)
@@ -48,7 +35,7 @@ cv::Mat recallGrey(const cv::Mat& image);
 /// @param grey 8-bit, 1 channel.
 /// @return at most `count` features, ordered such that the first n cover the image as well as n features can;
 /// none where the image has no corners or is smaller than a descriptor's patch.
-RecallFeatures extractRecallFeatures(const cv::Mat& grey, const RecallCamera& camera, int count);
+RecallFeatures extractRecallFeatures(const cv::Mat& grey, const CameraModel& camera, int count);
 
 /// The first `count` features, or all.
 RecallFeatures firstFeatures(const RecallFeatures& features, std::size_t count);

@@ -1,25 +1,9 @@
 #include "ratslam/system/recall_check.h"
 
 namespace ratslam {
-namespace {
-
-RecallCamera recallCamera(const CameraModel& camera) {
-  camera.validate();
-  RecallCamera result;
-  result.fx = camera.fx;
-  result.fy = camera.fy;
-  result.cx = camera.cx;
-  result.cy = camera.cy;
-  if (camera.model != LensModel::kNone) {
-    result.undistort = [camera](const std::vector<Eigen::Vector2d>& raw) { return camera.undistort(raw); };
-  }
-  return result;
-}
-
-}  // namespace
 
 RecallCheck::RecallCheck(const RecallGeometryParams& params, const CameraModel& camera)
-    : estimator_(params, recallCamera(camera)) {}
+    : estimator_(params, camera) {}
 
 ViewEvent RecallCheck::observe(LocalViewCells& cells, Stamp stamp, const cv::Mat& image,
                                RecallGeometry& geometry) {

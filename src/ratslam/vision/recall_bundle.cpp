@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "ratslam/vision/rigid_transform.h"
+
 namespace ratslam {
 namespace {
 
@@ -59,7 +61,7 @@ Residual residual(const RecallView& view, const RecallPoint& point, const Recall
   Eigen::Matrix<double, 2, 3> by_m;
   by_m << 1.0, 0.0, -at.x(), 0.0, 1.0, -at.y();
   by_m /= m.z() * seen.sigma;
-  r.by_pose.leftCols<3>() = -by_m * crossMatrix(turned);
+  r.by_pose.leftCols<3>() = -by_m * skew(turned);
   r.by_pose.rightCols<3>() = by_m * point.inverse_depth;
   r.by_depth = by_m * view.t;
   return r;

@@ -2,22 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 #include <string>
 #include <tuple>
 
 #include "ratslam/common/params.h"
+#include "ratslam/simd/feature_kernels.h"
 
 namespace ratslam {
 namespace {
 
 constexpr double kScaleFactor = 1.25;  // between pyramid levels
 constexpr int kLevels = 6;
-constexpr int kPatchRadius = 15;      // of the disc that a corner's direction is taken over [px]
 constexpr int kBorder = 22;           // a turned descriptor reaches so far [px]
 constexpr int kFastThreshold = 10;    // [grey levels]
 constexpr int kFeaturesPerCell = 4;   // mean over the grid
@@ -26,6 +24,8 @@ constexpr int kMaxDistance = 64;      // of a match [bits]
 constexpr double kMaxRatio = 0.85;    // of best to second-best distance
 constexpr float kSameCorner = 8.0F;   // nearer than this, in sigmas, two features may be one corner
 constexpr double kCornerSigma = 0.4;  // of a corner's place at the finest level [px]
+
+const FeatureKernels& kernels = featureKernels();
 
 /// A corner and its turn to be chosen.
 struct RankedCorner {
@@ -36,23 +36,9 @@ struct RankedCorner {
 
 /// Direction from a corner to the intensity centroid of the disc around it [deg], x towards y.
 float centroidDirection(const cv::Mat& image, const cv::Point2f& at) {
-  const int x = cvRound(at.x);
-  const int y = cvRound(at.y);
-  double moment_x = 0.0;
-  double moment_y = 0.0;
-  for (int v = -kPatchRadius; v <= kPatchRadius; ++v) {
-    const int half = static_cast<int>(std::sqrt(static_cast<double>(kPatchRadius * kPatchRadius - v * v)));
-    const std::uint8_t* row = image.ptr<std::uint8_t>(y + v) + x;
-    int sum = 0;
-    int sum_x = 0;
-    for (int u = -half; u <= half; ++u) {
-      sum += row[u];
-      sum_x += u * row[u];
-    }
-    moment_x += sum_x;
-    moment_y += v * sum;
-  }
-  return cv::fastAtan2(static_cast<float>(moment_y), static_cast<float>(moment_x));
+  const DiscMoments moments = kernels.discMoments(image.ptr<std::uint8_t>(cvRound(at.y)) + cvRound(at.x),
+                                                  static_cast<std::ptrdiff_t>(image.step));
+  return cv::fastAtan2(static_cast<float>(moments.y), static_cast<float>(moments.x));
 }
 
 /// Corners of a level, each cell of a grid giving its strongest, then its second and so on, at most `quota`.
@@ -87,48 +73,7 @@ std::vector<RankedCorner> cornersOfLevel(const cv::Mat& image, int level, int qu
   return ranked;
 }
 
-using Word = std::uint64_t;
-constexpr int kWords = kRecallDescriptorBytes / static_cast<int>(sizeof(Word));
-
-/// Hamming distances of a descriptor to `count` others that lie one behind the other.
-inline __attribute__((always_inline)) void countBits(const std::uint8_t* one, const std::uint8_t* others,
-                                                     std::size_t count, int* distances) {
-  Word a[kWords];
-  std::memcpy(a, one, sizeof(a));
-  for (std::size_t j = 0; j < count; ++j) {
-    Word b[kWords];
-    std::memcpy(b, others + j * sizeof(b), sizeof(b));
-    int distance = 0;
-    for (int w = 0; w < kWords; ++w) distance += __builtin_popcountll(a[w] ^ b[w]);
-    distances[j] = distance;
-  }
-}
-
-using BitCounter = void (*)(const std::uint8_t*, const std::uint8_t*, std::size_t, int*);
-
-void countBitsAnywhere(const std::uint8_t* one, const std::uint8_t* others, std::size_t count,
-                       int* distances) {
-  countBits(one, others, count, distances);
-}
-
-#if defined(__x86_64__)
-__attribute__((target("popcnt"))) void countBitsPopcnt(const std::uint8_t* one, const std::uint8_t* others,
-                                                       std::size_t count, int* distances) {
-  countBits(one, others, count, distances);
-}
-BitCounter bitCounter() { return __builtin_cpu_supports("popcnt") ? countBitsPopcnt : countBitsAnywhere; }
-#else
-BitCounter bitCounter() { return countBitsAnywhere; }
-#endif
-
 }  // namespace
-
-void RecallCamera::validate() const {
-  if (!(fx > 0.0 && std::isfinite(fx))) throwBadValue("fx", fx, "it must be positive and finite");
-  if (!(fy > 0.0 && std::isfinite(fy))) throwBadValue("fy", fy, "it must be positive and finite");
-  if (!std::isfinite(cx)) throwBadValue("cx", cx, "it must be finite");
-  if (!std::isfinite(cy)) throwBadValue("cy", cy, "it must be finite");
-}
 
 cv::Mat recallGrey(const cv::Mat& image) {
   const bool depth_known = image.depth() == CV_8U || image.depth() == CV_16U;
@@ -147,7 +92,7 @@ cv::Mat recallGrey(const cv::Mat& image) {
   return grey.data == image.data ? grey.clone() : grey;
 }
 
-RecallFeatures extractRecallFeatures(const cv::Mat& grey, const RecallCamera& camera, int count) {
+RecallFeatures extractRecallFeatures(const cv::Mat& grey, const CameraModel& camera, int count) {
   const double pixels = static_cast<double>(grey.cols) * grey.rows;
   const double shrink = pixels > kMaxPixels ? std::sqrt(kMaxPixels / pixels) : 1.0;
   std::vector<cv::Mat> levels(kLevels);
@@ -177,7 +122,7 @@ RecallFeatures extractRecallFeatures(const cv::Mat& grey, const RecallCamera& ca
   RecallFeatures features;
   features.descriptors.create(static_cast<int>(corners.size()), kRecallDescriptorBytes, CV_8U);
   const cv::Ptr<cv::ORB> orb =
-      cv::ORB::create(count, 1.2F, 1, kBorder, 0, 2, cv::ORB::FAST_SCORE, 2 * kPatchRadius + 1);
+      cv::ORB::create(count, 1.2F, 1, kBorder, 0, 2, cv::ORB::FAST_SCORE, 2 * kDiscRadius + 1);
   std::vector<Eigen::Vector2d> places(corners.size());
   for (int level = 0; level < kLevels; ++level) {
     const cv::Mat& image = levels[static_cast<std::size_t>(level)];
@@ -199,9 +144,7 @@ RecallFeatures extractRecallFeatures(const cv::Mat& grey, const RecallCamera& ca
       descriptors.row(row).copyTo(features.descriptors.row(of_level[static_cast<std::size_t>(row)].class_id));
     }
   }
-  if (camera.undistort) places = camera.undistort(places);
-  if (places.size() != corners.size())
-    throw std::invalid_argument("undistort: it must give one point for each point");
+  places = camera.undistort(places);
   const double focal = 0.5 * (camera.fx + camera.fy);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     features.bearings.emplace_back(static_cast<float>((places[i].x() - camera.cx) / camera.fx),
@@ -225,7 +168,6 @@ RecallFeatures firstFeatures(const RecallFeatures& features, std::size_t count) 
 std::vector<RecallMatch> matchRecallFeatures(const RecallFeatures& first, const RecallFeatures& second) {
   std::vector<RecallMatch> matches;
   if (first.size() == 0 || second.size() < 2) return matches;
-  const BitCounter count_bits = bitCounter();
   struct Best {
     int distance = kMaxDistance + 1;
     int first = -1;
@@ -233,7 +175,8 @@ std::vector<RecallMatch> matchRecallFeatures(const RecallFeatures& first, const 
   std::vector<Best> best_of_second(second.size());
   std::vector<int> distances(second.size());
   for (int i = 0; i < static_cast<int>(first.size()); ++i) {
-    count_bits(first.descriptors.ptr(i), second.descriptors.ptr(), second.size(), distances.data());
+    kernels.hammingDistances(first.descriptors.ptr(i), second.descriptors.ptr(), second.size(),
+                             distances.data());
     const auto best = std::min_element(distances.begin(), distances.end());
     const int distance = *best;
     // A later feature of the first image may win a second one over, an equal one may not.

@@ -255,7 +255,7 @@ TEST(RecallGeometryEstimator, AnnouncedFramesAndRepeatedStampsChangeNothing) {
 }
 
 TEST(RecallGeometryEstimator, SwitchedOffItKeepsAndMeasuresNothing) {
-  RecallGeometryEstimator estimator(RecallGeometryParams{}, RecallCamera{});
+  RecallGeometryEstimator estimator(RecallGeometryParams{}, CameraModel{});
   estimator.frame(0, street().view(0.0, 0.0, 0.0));
   estimator.learned(0, street().view(0.0, 0.0, 0.0), 0);
   const auto geometry = estimator.verify(kTenth, street().view(0.0, 0.0, 0.0), 0);
@@ -274,7 +274,7 @@ TEST(RecallGeometryEstimator, BadInputIsRefused) {
   p = params();
   p.min_inliers = p.features + 1;
   EXPECT_THROW(RecallGeometryEstimator(p, RecallScene::camera()), std::invalid_argument);
-  RecallCamera camera = RecallScene::camera();
+  CameraModel camera = RecallScene::camera();
   camera.fx = std::nan("");
   EXPECT_THROW(RecallGeometryEstimator(params(), camera), std::invalid_argument);
 

@@ -38,11 +38,7 @@ class RealRecalls : public ::testing::Test {
   RecallGeometryEstimator learned(int frame) const {
     RecallGeometryParams params;
     params.verify = "orb";
-    RecallCamera camera;
-    camera.fx = 718.856;
-    camera.fy = 718.856;
-    camera.cx = 607.1928;
-    camera.cy = 185.2157;
+    const CameraModel camera{1241, 376, 718.856, 718.856, 607.1928, 185.2157, LensModel::kNone, {}};
     RecallGeometryEstimator estimator(params, camera);
     for (int k = frame - 3; k <= frame; ++k) estimator.frame(k * kTenth, image(k));
     estimator.learned(frame * kTenth, image(frame), 0);

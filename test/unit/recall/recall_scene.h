@@ -51,18 +51,11 @@ class RecallScene {
                {Eigen::Vector3d::UnitZ(), 30.0, makeTexture(seed + 3)}};  // end of the street
   }
 
-  static RecallCamera camera() {
-    RecallCamera camera;
-    camera.fx = 360.0;
-    camera.fy = 360.0;
-    camera.cx = 319.5;
-    camera.cy = 119.5;
-    return camera;
-  }
+  static CameraModel camera() { return {640, 240, 360.0, 360.0, 319.5, 119.5, LensModel::kNone, {}}; }
 
   /// What a camera `forward` and `left` [m] of the origin sees, turned left by `heading` [rad].
   cv::Mat view(double forward, double left, double heading) const {
-    const RecallCamera camera = RecallScene::camera();
+    const CameraModel camera = RecallScene::camera();
     const Eigen::Vector3d centre(-left, 0.0, forward);
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(-heading, Eigen::Vector3d::UnitY()).toRotationMatrix();
     cv::Mat image(240, 640, CV_8U, cv::Scalar(200));

@@ -48,7 +48,7 @@ class State;
 class RecallGeometryEstimator {
  public:
   /// @throws std::invalid_argument for bad parameters or a bad camera
-  RecallGeometryEstimator(const RecallGeometryParams& params, const RecallCamera& camera);
+  RecallGeometryEstimator(const RecallGeometryParams& params, const CameraModel& camera);
 
   /// Told of every image, in order; the last ones serve as companions of templates. Keeps a copy, computes
   /// nothing. A stamp before the last one forgets the images before it.
@@ -123,7 +123,7 @@ class RecallGeometryEstimator {
   void dropOne();
 
   RecallGeometryParams params_;
-  RecallCamera camera_;
+  CameraModel camera_;
   bool active_;
   cv::Size image_size_;
   std::deque<Frame> ring_;

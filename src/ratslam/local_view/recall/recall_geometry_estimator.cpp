@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/vision/rigid_transform.h"
 
 namespace ratslam {
 namespace {
@@ -20,8 +21,8 @@ constexpr double kMinDepthSignal = 5.0;  // median inverse depth of companion ma
 constexpr double kMinCompanionShare =
     0.5;                    // of the matches that agree: fewer, and their agreement may be chance
 constexpr int kDenser = 3;  // features of a present or companion image for each one of a template
-constexpr double kMaxRotationShare =
-    0.9;  // of the inliers that a mere rotation keeps: more, and it is the model
+// Of the inliers that a mere rotation keeps: more, and it is the model.
+constexpr double kMaxRotationShare = 0.9;
 
 RecallPair pairOf(const RecallFeatures& anchor, const RecallFeatures& other, const RecallMatch& match) {
   const auto a = static_cast<std::size_t>(match.first);
@@ -69,7 +70,7 @@ void describe(const RecallView& view, const Eigen::MatrixXd& covariance, RecallG
   const Eigen::Vector2d ahead = plane * back.col(2);
   const Eigen::RowVector2d across(-ahead.y(), ahead.x());
   const Eigen::RowVector3d heading_by_rotation =
-      across * plane * back * crossMatrix(Eigen::Vector3d::UnitZ()) / std::max(ahead.squaredNorm(), 1e-12);
+      across * plane * back * skew(Eigen::Vector3d::UnitZ()) / std::max(ahead.squaredNorm(), 1e-12);
   geometry.relative_rad = std::atan2(ahead.y(), ahead.x());
   geometry.sigma_rotation = std::min(kPi, std::sqrt(heading_by_rotation * covariance.topLeftCorner<3, 3>() *
                                                     heading_by_rotation.transpose()));
@@ -77,7 +78,7 @@ void describe(const RecallView& view, const Eigen::MatrixXd& covariance, RecallG
   const Eigen::Vector2d offset = plane * (-(back * view.t));
   const double length = offset.norm();
   Eigen::Matrix<double, 2, 6> offset_by_pose;
-  offset_by_pose << -plane * back * crossMatrix(view.t), -plane * back;
+  offset_by_pose << -plane * back * skew(view.t), -plane * back;
   const Eigen::Matrix2d spread = offset_by_pose * covariance * offset_by_pose.transpose();
   const Eigen::Vector2d along = length > 0.0 ? Eigen::Vector2d(offset / length) : Eigen::Vector2d::UnitX();
   const Eigen::Vector2d aside(-along.y(), along.x());
@@ -93,7 +94,7 @@ void describe(const RecallView& view, const Eigen::MatrixXd& covariance, RecallG
 }  // namespace
 
 RecallGeometryEstimator::RecallGeometryEstimator(const RecallGeometryParams& params,
-                                                 const RecallCamera& camera)
+                                                 const CameraModel& camera)
     : params_(params), camera_(camera), active_(params.verify == "orb") {
   params_.validate();
   if (active_) camera_.validate();
