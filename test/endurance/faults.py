@@ -1,0 +1,237 @@
+#!/usr/bin/python3
+"""Kills, stops and starts again the nodes of a running chain, breaks its streams and its master, at seeded moments.
+
+A trial starts local view, pose cells and map below a master of its own and plays a drive into them. In the middle a
+fault happens. After it, robot poses must come again, no node may have ended but the one that was killed, and every node
+must end by itself within 15 s of SIGINT, the map leaving trajectories of finite numbers whose stamps rise.
+"""
+import argparse
+import math
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "integration"))
+
+NODES = ("ratslam_lv", "ratslam_pc", "ratslam_em")
+RATE = 20.0  # images a second; twice as many odometry messages
+
+
+def free_port():
+    with socket.socket() as found:
+        found.bind(("", 0))
+        return found.getsockname()[1]
+
+
+class Drive(threading.Thread):
+    """Publishes a drive round a loop; faults of its streams are attributes."""
+
+    def __init__(self, harness, rospy):
+        super().__init__(daemon=True)
+        from nav_msgs.msg import Odometry
+        from sensor_msgs.msg import Image
+        self.harness = harness
+        self.strip = harness.panorama()
+        self.images = rospy.Publisher("/faults/camera/image", Image, queue_size=10)
+        self.odometry = rospy.Publisher("/faults/odom", Odometry, queue_size=10)
+        self.shift_ns = 0
+        self.without_odometry = False
+        self.without_images = False
+        self.size = None
+        self.ended = False
+
+    def run(self):
+        index = 0
+        while not self.ended:
+            at = self.harness.frame_stamp(index) + self.shift_ns
+            if not self.without_odometry:
+                self.odometry.publish(self.harness.odometry_message(at - 50000000))
+                self.odometry.publish(self.harness.odometry_message(at))
+            if not self.without_images:
+                pixels = self.harness.frame(self.strip, index)
+                self.images.publish(self.harness.image_message(pixels[:self.size] if self.size else pixels, at))
+            index += 1
+            time.sleep(1.0 / RATE)
+
+
+class Chain:
+    """The nodes of a trial and their master."""
+
+    def __init__(self, harness, folder, port):
+        self.harness = harness
+        self.trajectory = os.path.join(folder, "run")
+        self.config = os.path.join(folder, "config.yaml")
+        harness.write_config(self.config)
+        self.port = port
+        self.nodes = {name: self.started(name) for name in NODES}
+
+    def started(self, name):
+        parameters = {"topic_root": "/faults", "sync_timeout": 2.0}
+        if name == "ratslam_em":
+            parameters["trajectory_file"] = self.trajectory
+        return self.harness.start_node(name, self.config, **parameters)
+
+    def complaint_at_the_end(self):
+        """Ends all nodes. @return what is wrong, or an empty text"""
+        found = []
+        for name, node in self.nodes.items():
+            if node.process.poll() is not None:
+                found.append(f"{name} had ended with {node.process.returncode}: {node.output()[-300:]}")
+        for name, node in self.nodes.items():
+            code = node.interrupt(15.0)
+            if code != 0:
+                found.append(f"{name} ended with {code} after SIGINT" if code is not None else f"{name} did not end")
+        return "; ".join(found + trajectory_complaints(self.trajectory))
+
+
+def trajectory_complaints(prefix):
+    found = []
+    for name in (prefix + "_online.tum", prefix + "_final.tum"):
+        if not os.path.exists(name):
+            found.append(f"{os.path.basename(name)} was not written")
+            continue
+        last = -math.inf
+        with open(name, encoding="ascii") as file:
+            for number, line in enumerate(file, 1):
+                values = [float(word) for word in line.split()]
+                if len(values) != 8 or not all(map(math.isfinite, values)):
+                    found.append(f"{os.path.basename(name)}:{number} is no pose")
+                    break
+                if values[0] < last:
+                    found.append(f"{os.path.basename(name)}:{number}: its stamp goes back")
+                    break
+                last = values[0]
+    return found
+
+
+def kill(chain, drive, node, seconds):
+    chain.nodes[node].process.kill()
+    chain.nodes[node].ended()
+    time.sleep(1.0)
+    chain.nodes[node] = chain.started(node)
+
+
+def stop(chain, drive, node, seconds):
+    chain.nodes[node].process.send_signal(signal.SIGSTOP)
+    time.sleep(seconds)
+    chain.nodes[node].process.send_signal(signal.SIGCONT)
+
+
+def restart(chain, drive, node, seconds):
+    code = chain.nodes[node].interrupt()
+    if code != 0:
+        raise AssertionError(f"{node} ended with {code} after SIGINT")
+    chain.nodes[node] = chain.started(node)
+
+
+def clock_back(chain, drive, node, seconds):
+    drive.shift_ns -= 3600 * 10**9
+
+
+def clock_ahead(chain, drive, node, seconds):
+    drive.shift_ns += 3600 * 10**9
+
+
+def no_odometry(chain, drive, node, seconds):
+    drive.without_odometry = True
+    time.sleep(seconds)
+    drive.without_odometry = False
+
+
+def no_images(chain, drive, node, seconds):
+    drive.without_images = True
+    time.sleep(seconds)
+    drive.without_images = False
+
+
+def other_size(chain, drive, node, seconds):
+    drive.size = 30
+    time.sleep(2.0)
+    drive.size = None
+
+
+FAULTS = {"kill": kill, "stop": stop, "restart": restart, "clock_back": clock_back, "clock_ahead": clock_ahead,
+          "no_odometry": no_odometry, "no_images": no_images, "other_size": other_size, "master": None}
+OF_A_NODE = ("kill", "stop", "restart")
+
+
+def trial(fault, node, seed, seconds):
+    """One trial in this process. @return what is wrong, or an empty text"""
+    port = free_port()
+    os.environ.update(ROS_MASTER_URI=f"http://localhost:{port}", ROS_HOSTNAME="localhost")
+    chance = random.Random(f"{fault} {node} {seed}")
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ.update(ROS_HOME=folder, ROS_LOG_DIR=folder)
+        master = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        import harness
+        import rosgraph
+        import rospy
+        from geometry_msgs.msg import PoseStamped
+        if not harness.wait_until(rosgraph.is_master_online, 30.0):
+            return "the master did not start"
+        rospy.init_node("faults", disable_signals=True)
+        poses = []
+        rospy.Subscriber("/faults/ExperienceMap/RobotPose", PoseStamped, lambda message: poses.append(message.header.stamp))
+        chain = Chain(harness, folder, port)
+        drive = Drive(harness, rospy)
+        drive.start()
+        try:
+            if not harness.wait_until(lambda: len(poses) > 20, 60.0):
+                return "no robot poses before the fault: " + chain.complaint_at_the_end()
+            time.sleep(chance.uniform(0.0, 6.0))
+            if fault == "master":
+                master.kill()
+                master.wait()
+            else:
+                FAULTS[fault](chain, drive, node, seconds)
+            before = len(poses)
+            if not harness.wait_until(lambda: len(poses) > before + 20, 60.0):
+                return f"{len(poses) - before} robot poses in 60 s after the fault; " + chain.complaint_at_the_end()
+            time.sleep(2.0)
+            return chain.complaint_at_the_end()
+        finally:
+            drive.ended = True
+            for left in chain.nodes.values():
+                if left.process.poll() is None:
+                    left.process.kill()
+            master.kill()
+            master.wait()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--faults", nargs="+", choices=sorted(FAULTS), default=sorted(FAULTS))
+    parser.add_argument("--moments", type=int, default=10, help="trials of each fault (and node), each at its own moment")
+    parser.add_argument("--stop-seconds", type=float, default=20.0, help="how long nodes are stopped and streams silent")
+    parser.add_argument("--trial", nargs=3, metavar=("FAULT", "NODE", "SEED"), help="only this one, in this process")
+    options = parser.parse_args()
+    if options.trial:
+        complaint = trial(options.trial[0], options.trial[1], options.trial[2], options.stop_seconds)
+        print(complaint or "well", flush=True)
+        os._exit(1 if complaint else 0)  # rospy's threads outlive a dead master
+    failed = 0
+    print("| fault | node | trials | well |\n|---|---|---|---|")
+    for fault in options.faults:
+        for node in NODES if fault in OF_A_NODE else ("-",):
+            complaints = []
+            for seed in range(options.moments):
+                command = [sys.executable, __file__, "--stop-seconds", str(options.stop_seconds), "--trial", fault, node, str(seed)]
+                said = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+                if said.returncode:
+                    words = (said.stdout.strip() or said.stderr.strip()[-400:])
+                    complaints.append(f"seed {seed}: {words}")
+            print(f"| {fault} | {node} | {options.moments} | {options.moments - len(complaints)} |", flush=True)
+            for complaint in complaints:
+                print(f"  {fault} {node}, {complaint}", file=sys.stderr, flush=True)
+            failed += len(complaints)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

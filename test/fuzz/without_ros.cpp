@@ -1,0 +1,7 @@
+#include "target.h"
+
+namespace ratslam::fuzz {
+
+std::vector<Target> messageTargets() { return {}; }
+
+}  // namespace ratslam::fuzz
