@@ -68,9 +68,12 @@ function(ratslam_unit_tests)
   endforeach()
 endfunction()
 
-# test/fuzz: fuzz_replay runs all targets over their corpus with any compiler; with clang's sanitizers ratslam_fuzz is
-# the fuzzer, told by RATSLAM_FUZZ_TARGET which target to feed.
+# test/fuzz, in sanitised builds: fuzz_replay runs all targets over their corpus; with clang ratslam_fuzz is the fuzzer,
+# told by RATSLAM_FUZZ_TARGET which target to feed.
 function(ratslam_fuzz_targets)
+  if(NOT RATSLAM_SANITIZE)
+    return()
+  endif()
   set(folder ${PROJECT_SOURCE_DIR}/test/fuzz)
   set(targets ${folder}/target.cpp ${folder}/file_targets.cpp ${folder}/stage_targets.cpp)
   if(RATSLAM_ROS)
@@ -84,7 +87,7 @@ function(ratslam_fuzz_targets)
   target_link_libraries(fuzz_replay PRIVATE ${library})
   ratslam_warnings(fuzz_replay)
   add_test(NAME fuzz_corpus COMMAND fuzz_replay ${folder}/corpus)
-  if(RATSLAM_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
     add_executable(ratslam_fuzz ${folder}/fuzz_main.cpp ${targets})
     target_link_libraries(ratslam_fuzz PRIVATE ${library})
     target_link_options(ratslam_fuzz PRIVATE -fsanitize=fuzzer)

@@ -1,11 +1,11 @@
 /// A z-buffer rasteriser that decides visibility at four points a pixel and shades each surface once a pixel.
 ///
 /// Steps, tile by tile (tiles are independent, so any number of threads gives the same picture):
-/// 1. each triangle is scan-converted at the four sample points (a rotated grid, which smooths nearly level
-/// and nearly
-///    upright edges best); the nearest surface's number stays;
+/// 1. each triangle is scan-converted at the four sample points (a rotated grid, which
+///    smooths nearly level and nearly upright edges best); the nearest surface's number
+///    stays;
 /// 2. each pixel shades every surface it shows, at the centre of the samples it covers, and averages by their
-/// number.
+///    number.
 #pragma once
 
 #include <opencv2/core.hpp>

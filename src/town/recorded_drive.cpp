@@ -130,8 +130,8 @@ void settleOnRoad(Drive& drive, const RoadField& roads) {
   }
   const std::vector<double> way = wayAlong(poses);
   const std::vector<double> slow = smoothAlong(way, heights, kSmoothing);
-  constexpr double kAxles =
-      1.4;  // a car's body does not feel the road's edges, but its mean below the wheels [m]
+  // A car's body does not feel the road's edges, but its mean below the wheels [m].
+  constexpr double kAxles = 1.4;
   const std::vector<double> felt = smoothAlong(way, ground, kAxles);
   for (std::size_t i = 0; i < poses.size(); ++i)
     drive.poses[i].T_world_camera.translation().y() = -(felt[i] + kCameraHeight + heights[i] - slow[i]);

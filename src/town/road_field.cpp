@@ -83,8 +83,8 @@ void RoadField::addAxis(const std::vector<RoadPoint>& points) {
   }
   const std::size_t count = axis.samples.size();
   if (count < 2) throwBadValue("road length", points.size(), "a road must be longer than one metre");
-  constexpr std::size_t kHalf =
-      2;  // a tangent over 2 m does not jitter with the points a drive was recorded at
+  // A tangent over 2 m does not jitter with the points a drive was recorded at.
+  constexpr std::size_t kHalf = 2;
   for (std::size_t i = 0; i < count; ++i) {
     const auto& a = axis.samples[i >= kHalf ? i - kHalf : 0];
     const auto& b = axis.samples[std::min(i + kHalf, count - 1)];

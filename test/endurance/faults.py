@@ -131,7 +131,7 @@ def restart(chain, drive, node, seconds):
 
 
 def clock_back(chain, drive, node, seconds):
-    drive.shift_ns -= 3600 * 10**9
+    drive.shift_ns -= 600 * 10**9  # the drive begins at 1000 s
 
 
 def clock_ahead(chain, drive, node, seconds):

@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
   const std::size_t frames = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 1'000'000;
   const std::size_t window = std::max<std::size_t>(frames / 100, 1);
   PoseCellParams cells;
-  cells.pc_cell_x_size = 10.0;
+  cells.cell_size = 10.0;
   ExperienceMapParams map_params;
   PoseCellStage pose_cells(cells);
   MapStage map(map_params, false);

@@ -1,4 +1,4 @@
-/// Plain implementations to hold the experience map against: MODEL's relaxation as it is written there, and a
+/// Plain implementations to hold the experience map against: the relaxation of docs/model.md as it is written there, and a
 /// batch solution of SCALE_MAP's energy over all unknowns at once.
 #pragma once
 

@@ -1,4 +1,4 @@
-/// The local view cells straight from MODEL section 1: every template kept as doubles, every shift of every
+/// The local view cells straight from docs/model.md section 1: every template kept as doubles, every shift of every
 /// template compared in full. Slow and plain on purpose: the tests compare the library with it, the
 /// benchmarks measure against it.
 #pragma once

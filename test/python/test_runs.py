@@ -1,112 +1,20 @@
 """Run folders: reading, pictures, report, sweep and the paper's figures, with a stand-in for ratslam_run."""
 
-import csv
-import json
 import os
 import re
-import signal
-import stat
-import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
 
 from conftest import SCRIPTS
-from ratslam_tools.cli import benchmark, plot_run, plot_scale, report, reproduce_paper, sweep
+from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
+from ratslam_tools.cli import benchmark, plot_run, plot_scale, report, reproduce_paper
 from ratslam_tools.datasets import truth
-from ratslam_tools.runs import activity_figure, grid, recorded_run, run_figures, run_folder, runner
+from ratslam_tools.runs import activity_figure, recorded_run, run_figures, run_folder, runner
 from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
-from ratslam_tools.trajectory import Trajectory, write_kitti, write_tum
-
-FAKE = """#!{python}
-import os, shutil, sys, time
-words = sys.argv[1:]
-out = words[words.index("--out") + 1]
-values = dict(word.split("=") for before, word in zip(words, words[1:]) if before == "--set")
-with open({log!r}, "a") as log:
-    log.write(" ".join(words) + "\\n")
-if values.get("fail") == "1":
-    sys.exit("fail: 1 is not allowed: 0")
-time.sleep(float(values.get("sleep", 0)))
-for name in os.listdir({run!r}):
-    shutil.copy(os.path.join({run!r}, name), out)
-bend = abs(float(values.get("pc_vt_inject_energy", 0.2)) - 0.2)
-path = os.path.join(out, "trajectory_final.tum")
-lines = [line.split() for line in open(path)]
-with open(path, "w") as file:
-    for line in lines:
-        line[2] = str(float(line[2]) + bend * float(line[0]) ** 2)
-        file.write(" ".join(line) + "\\n")
-"""
-
-
-@pytest.fixture
-def folder(tmp_path, drive):
-    """A run folder whose final trajectory is the truth, moved, and whose online one has drifted; and the
-    truth.
-    """
-    path = tmp_path / "run"
-    path.mkdir()
-    known = drive()
-    write_tum(tmp_path / "truth.tum", known)
-    write_tum(path / "trajectory_final.tum", known.transformed(np.eye(3), [10.0, 0.0, 0.0]))
-    drift = np.outer(known.stamps, [0.0, 0.3, 0.0])
-    write_tum(
-        path / "trajectory_online.tum", Trajectory(known.positions + drift, known.rotations, known.stamps)
-    )
-    with open(path / "map.yaml", "w", encoding="utf-8") as file:
-        file.write("format: ratslam_experience_map 1\nexperiences:\n")
-        for i, position in enumerate(known.positions):
-            file.write(
-                f"- {{id: {i}, x: {position[0] + 10:.9f}, y: {position[1]:.9f}, z: 0.0, yaw: 0.5, log_scale: 0.0}}\n"
-            )
-        file.write("links:\n")
-        for i in range(len(known) - 1):
-            file.write(_link(i, i, i + 1, "false"))
-        file.write(_link(999, 150, 3, "true"))
-    with open(path / "templates.csv", "w", encoding="utf-8") as file:
-        file.write("stamp,template_id,error,relative_rad\n")
-        file.writelines(f"{0.1 * i},{i if i < 150 else i - 150},{0.05 if i else -1},0\n" for i in range(200))
-    with open(path / "actions.csv", "w", encoding="utf-8") as file:
-        file.write("stamp,action,src_id,dest_id,x,y,th\n")
-        file.writelines(
-            f"{0.1 * i},{1 if i < 150 else 2},{i},{i if i < 150 else i - 150},5,6,7\n" for i in range(200)
-        )
-    with open(path / "pose_cells.csv", "w", encoding="utf-8") as file:
-        file.write("stamp,layer,row,column,activity\n5.0,35,29,4,0.75\n5.0,0,29,4,0.25\n10.0,7,6,5,1\n")
-    summary = {
-        "version": "0.1.0",
-        "parameters": {"pc_dim_xy": 30, "pc_dim_th": 36, "topic_root": "<kitti> & co"},
-        "timing": {"local_view": {"mean_ms": 1.25}, "pose_cells": 2.5},
-    }
-    (path / "summary.json").write_text(json.dumps(summary))
-    return path
-
-
-def _link(number, start, end, recall):
-    return (
-        f"- {{id: {number}, from: {start}, to: {end}, distance: 0.8, heading_rad: 0.0, "
-        f"facing_rad: 0.0, rise: 0.0, duration_s: 0.1, recall: {recall}}}\n"
-    )
-
-
-@pytest.fixture
-def program(tmp_path, folder):
-    """A stand-in for ratslam_run that copies the run folder and bends its final trajectory; and its log of
-    calls.
-    """
-    path = tmp_path / "fake_run"
-    path.write_text(FAKE.format(python=sys.executable, log=str(tmp_path / "calls"), run=str(folder)))
-    path.chmod(path.stat().st_mode | stat.S_IXUSR)
-    return path
-
-
-def calls(program):
-    log = program.parent / "calls"
-    return log.read_text().splitlines() if log.exists() else []
+from ratslam_tools.trajectory import write_kitti
 
 
 def test_map_is_read_whole(folder):
@@ -228,158 +136,6 @@ def test_truth_finds_its_times(tmp_path, drive, layout):
     times.unlink()
     with pytest.raises(InputError, match="give --times"):
         truth.read_truth(str(poses))
-
-
-@pytest.mark.parametrize(
-    "text, values",
-    [
-        ("k=0.05:0.2:0.05", ["0.05", "0.1", "0.15", "0.2"]),
-        ("k=1:1:3", ["1"]),
-        ("k=a,b", ["a", "b"]),
-        ("k=0:1:0.3", None),
-    ],
-)
-def test_ranges(text, values):
-    found = grid.parse_vary(text)[1]
-    assert found == (values or ["0", "0.3", "0.6", "0.9"])
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "k",
-        "=1",
-        "k=",
-        "k=1,,2",
-        "k=1,1",
-        "k=1:2",
-        "k=2:1:0.1",
-        "k=1:2:0",
-        "k=1:2:-1",
-        "k=0:1:x",
-        "k=0:1:1e-9",
-        "k=0:inf:1",
-    ],
-)
-def test_ranges_that_are_none(text):
-    with pytest.raises(InputError, match="--vary"):
-        grid.parse_vary(text)
-
-
-def sweep_words(program, tmp_path, *vary):
-    words = [
-        "input",
-        "--config",
-        "c.yaml",
-        "--truth",
-        str(tmp_path / "truth.tum"),
-        "--out",
-        str(tmp_path / "out"),
-        "--ratslam_run",
-        str(program),
-        "--jobs",
-        "2",
-    ]
-    return words + [word for text in vary for word in ("--vary", text)]
-
-
-def test_sweep_finds_the_optimum_and_does_not_repeat_itself(program, tmp_path, capsys):
-    words = sweep_words(program, tmp_path, "pc_vt_inject_energy=0.1:0.3:0.1", "other=1,2")
-    sweep.main(words)
-    assert len(calls(program)) == 6
-    assert all("--config c.yaml" in call and "--set other=" in call for call in calls(program))
-    assert "pc_vt_inject_energy=0.2" in capsys.readouterr().out
-    with open(tmp_path / "out" / "sweep.csv", encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == 6 and {row["ape.final.coverage"] for row in rows} == {"1.0"}
-    assert min(rows, key=lambda row: float(row["ape.final.mean"]))["pc_vt_inject_energy"] == "0.2"
-    assert {row["counts.recalls"] for row in rows} == {"1.0"}
-    for key in ("pc_vt_inject_energy", "other"):
-        assert (tmp_path / "out" / f"ape_over_{key}.png").exists()
-    sweep.main(words[:-1] + ["other=1,2,3"])
-    assert len(calls(program)) == 9
-
-
-@pytest.mark.parametrize("key, runs_from_images", [("pc_vt_inject_energy", 1), ("camera_height", 2)])
-def test_sweep_computes_orb_odometry_once_where_nothing_varied_can_change_it(
-    program, tmp_path, key, runs_from_images
-):
-    sweep.main(sweep_words(program, tmp_path, f"{key}=0.1,0.2") + ["--odometry", "orb"])
-    assert sum("--odometry orb" in call for call in calls(program)) == runs_from_images
-    from_file = f"--odometry {tmp_path / 'out' / 'odometry' / 'odometry.csv'}"
-    assert sum(from_file in call for call in calls(program)) == (2 if runs_from_images == 1 else 0)
-
-
-def test_among_equals_none_is_the_best(program, tmp_path, capsys):
-    sweep.main(sweep_words(program, tmp_path, "other=1,2"))
-    assert "all have the same ape.final.mean" in capsys.readouterr().out
-    sweep.main(sweep_words(program, tmp_path, "pc_vt_inject_energy=0.1:0.2:0.1", "other=1,2"))
-    told = capsys.readouterr().out
-    assert "2 share the best ape.final.mean" in told and "other=1" in told and "other=2" in told
-
-
-def test_any_figure_may_be_the_goal_and_needs_no_truth(program, tmp_path, capsys):
-    words = sweep_words(program, tmp_path, "other=1,2")
-    at = words.index("--truth")
-    del words[at : at + 2]
-    with pytest.raises(InputError, match="ape.final.mean needs --truth"):
-        sweep.main(words)
-    sweep.main(words + ["--goal", "counts.recalls", "--largest"])
-    assert "same counts.recalls, 1" in capsys.readouterr().out
-    assert (tmp_path / "out" / "counts.recalls_over_other.png").exists()
-    with pytest.raises(InputError, match="no run has counts.birds; there are .*counts.recalls"):
-        sweep.main(words + ["--goal", "counts.birds"])
-
-
-def test_shards_put_together_are_the_whole_sweep(program, tmp_path, capsys):
-    vary = ("pc_vt_inject_energy=0.1:0.3:0.1", "other=1,2")
-    whole = sweep_words(program, tmp_path, *vary)
-    sweep.main(whole)
-    expected = (tmp_path / "out" / "sweep.csv").read_text()
-    told = capsys.readouterr().out
-    parts = []
-    for number in (1, 2, 3, 4):
-        part = str(tmp_path / f"part{number}")
-        parts.append(part)
-        words = [part if word == str(tmp_path / "out") else word for word in whole]
-        sweep.main(words + ["--shard", f"{number}/4"])
-        assert not os.path.exists(os.path.join(part, "sweep.csv"))
-    assert len(calls(program)) == 12
-    capsys.readouterr()
-    merged = [str(tmp_path / "merged") if word == str(tmp_path / "out") else word for word in whole]
-    sweep.main(merged + ["--merge", *parts])
-    assert len(calls(program)) == 12
-    assert (tmp_path / "merged" / "sweep.csv").read_text() == expected
-    assert capsys.readouterr().out.splitlines()[0] == told.splitlines()[0]
-    with pytest.raises(InputError, match="2 of 6 runs failed.*no shard has left it"):
-        sweep.main(merged + ["--merge", *parts[:1], *parts[2:]])
-    for bad in ("0/4", "5/4", "1", "a/b"):
-        with pytest.raises(InputError, match="K/N"):
-            sweep.main(whole + ["--shard", bad])
-
-
-def test_sweep_goes_on_after_failures_and_says_so(program, tmp_path):
-    with pytest.raises(InputError, match="1 of 2 runs failed.*fail: 1 is not allowed: 0"):
-        sweep.main(sweep_words(program, tmp_path, "fail=0,1"))
-    assert len((tmp_path / "out" / "sweep.csv").read_text().splitlines()) == 2
-    with pytest.raises(InputError, match="all 1 runs failed"):
-        sweep.main(sweep_words(program, tmp_path, "fail=1"))
-
-
-def test_interrupted_sweep_keeps_what_is_done_and_only_that(program, tmp_path):
-    words = sweep_words(program, tmp_path, "sleep=0,0.01,60,61")
-    process = subprocess.Popen(
-        [sys.executable, os.path.join(SCRIPTS, "sweep"), *words], stderr=subprocess.PIPE
-    )
-    runs = tmp_path / "out" / "runs"
-    deadline = time.monotonic() + 60
-    while len(calls(program)) < 4 or not (runs / "sleep=0.01" / "result.json").exists():
-        assert time.monotonic() < deadline and process.poll() is None
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    _, messages = process.communicate(timeout=30)
-    assert process.returncode == 130 and b"Traceback" not in messages
-    assert sorted(path.parent.name for path in runs.glob("*/result.json")) == ["sleep=0", "sleep=0.01"]
 
 
 def test_runner_is_looked_for_and_its_absence_explained(tmp_path, monkeypatch, program):

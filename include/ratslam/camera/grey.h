@@ -1,4 +1,4 @@
-/// Grey values of an image, taken as sums over blocks of pixels (MODEL section 1, steps 1-2).
+/// Grey values of an image, taken as sums over blocks of pixels (docs/model.md section 1, steps 1-2).
 ///
 /// Grey is the mean of the colour channels, on a scale where black is 0 and white is 1. Sums of pixels are
 /// kept as integers, straight from the image: they are exact, need no grey copy, and every mean derived from

@@ -4,13 +4,13 @@
 ///
 /// Steps, at each stamp in this order:
 ///  1. integrate(): odometry is accumulated relative to where the robot was last placed in the map;
-///  2. apply(): the pose cells' decision creates or recalls an experience, links it to the one the robot came
-///  from, and
-///     the solver works on the map - relaxation (6), or the weighted graph;
+///  2. apply(): the pose cells' decision creates or recalls an experience, links it to the one
+///     the robot came from, and the solver works on the map - relaxation (6), or the weighted
+///     graph;
 ///  3. robotPose() is the pose of the robot's frame (+) odometry since.
 /// Work that one update may not hold up is spread over the following ones; settle() finishes it.
 ///
-/// exp_solver relaxation is OpenRatSLAM's map in MODEL's reference arithmetic, including its sign of
+/// exp_solver relaxation is OpenRatSLAM's map in the reference arithmetic of docs/model.md, including its sign of
 /// relative_rad in links (facing = odometry + relative_rad). The graph solver takes relative_rad as events.h
 /// defines it: heading now minus that of the destination.
 #pragma once

@@ -73,7 +73,7 @@ struct Motion {
   double length = 0.0;  ///< way driven, forwards or backwards, in the odometry's unit
   MotionError error;
 
-  /// The heading turns first, then the robot moves along it (MODEL's reference arithmetic).
+  /// The heading turns first, then the robot moves along it (the reference arithmetic of docs/model.md).
   void add(const OdometryStep& step) {
     pose.yaw = wrapAngle(pose.yaw + step.rotation);
     const double c = std::cos(pose.yaw);

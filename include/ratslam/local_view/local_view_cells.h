@@ -1,5 +1,5 @@
 /// Local view cells: each stands for a learned view, and each image makes exactly one of them active
-/// (MODEL section 1; V^i of equation (4) of Malichev & Yakhno 2024).
+/// (docs/model.md section 1; V^i of equation (4) of Malichev & Yakhno 2024).
 ///
 /// For every image: make its template (view_template.h), search the learned templates for the one most like
 /// it (template_matcher.h), then recall - the error is at most vt_match_threshold - or learn the template as

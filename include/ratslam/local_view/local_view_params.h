@@ -5,7 +5,7 @@
 
 namespace ratslam {
 
-/// How an image becomes a template (MODEL section 1, steps 1-4).
+/// How an image becomes a template (docs/model.md section 1, steps 1-4).
 struct TemplateParams {
   int crop_x_min = 0;
   int crop_x_max = -1;
@@ -37,7 +37,7 @@ struct TemplateParams {
   void validate() const;
 };
 
-/// How templates are compared, recalled and learned (MODEL section 1, steps 5-6).
+/// How templates are compared, recalled and learned (docs/model.md section 1, steps 5-6).
 struct LocalViewParams {
   TemplateParams view_template;
   double match_threshold = 0.03;

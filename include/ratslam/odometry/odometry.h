@@ -122,7 +122,7 @@ inline OdometrySample asTransmitted(OdometrySample sample) {
 using StepCovariance = Eigen::Matrix4d;
 
 /// Motion over one stretch of time, in the axes of the robot *at the end* of it (the heading turns first,
-/// then the robot moves along it: MODEL's reference arithmetic). A planar odometry has left = up = 0.
+/// then the robot moves along it: the reference arithmetic of docs/model.md). A planar odometry has left = up = 0.
 struct OdometryStep {
   double dt = 0.0;        ///< [s]
   double rotation = 0.0;  ///< change of heading [rad]

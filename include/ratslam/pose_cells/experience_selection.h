@@ -2,10 +2,10 @@
 ///
 /// An experience ties a view cell to a place in the pose cells. At each pair of odometry step and view event:
 ///  1. no experience yet, or the active view cell has none: create one;
-///  2. the view cell changed, or the place is farther than exp_delta_pc_threshold from the current
-///  experience's: the
-///     nearest other experience of the active view cell becomes current if nearer than the threshold, else
-///     create one;
+///  2. the view cell changed, or the place is farther than
+///     exp_delta_pc_threshold from the current experience's: the nearest other
+///     experience of the active view cell becomes current if nearer than the
+///     threshold, else create one;
 ///  3. otherwise nothing happens.
 #pragma once
 

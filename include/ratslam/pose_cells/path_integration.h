@@ -1,9 +1,9 @@
 /// Path integration of the pose cells: odometry moves the activity, eq. (2)'s last term.
 ///
-///  1. Layer k is shifted by distance / pc_cell_x_size cells along its heading k * 2 pi / n_th. A shifted
-///  cell shares
-///     its activity among the four cells it overlaps (bilinear). A longer way than one cell is split into
-///     equal sub-steps of at most one; n of them are done at once, as a shift whose weights are the n-th
+///  1. Layer k is shifted by distance / pc_cell_x_size cells along its heading k * 2
+///     pi / n_th. A shifted cell shares its activity among the four cells it overlaps
+///     (bilinear). A longer way than one cell is split into equal sub-steps of at
+///     most one; n of them are done at once, as a shift whose weights are the n-th
 ///     power.
 ///  2. All layers are shifted by rotation * n_th / (2 pi) layers (linear interpolation).
 ///

@@ -1,11 +1,11 @@
 /// Convolution of a box of cells with a separable, symmetric kernel: columns, then rows, then layers.
 ///
 /// 1. A layer's rows are gathered with as many cells around them as the kernel reaches (wrapped on a ring,
-/// else 0).
+///    else 0).
 /// 2. They are convolved along columns and along rows.
-/// 3. As soon as all layers that an output layer needs are there, they are convolved with each other; no more
-/// of
-///    them are kept than are still needed. All of it happens in the cache.
+/// 3. As soon as all layers that an output layer needs are there, they are convolved with
+///    each other; no more of them are kept than are still needed. All of it happens in the
+///    cache.
 #pragma once
 
 #include <array>

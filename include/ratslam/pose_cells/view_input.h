@@ -4,8 +4,8 @@
 /// At each view event:
 ///  1. an unknown id is tied to the present estimate;
 ///  2. a known id that is not among the 10 most recently tied injects energy * (30 - exp(1.2 d)) / 30, where
-///  positive,
-///     d being its saturation: it rests at vt_active_decay and grows by as much with each repetition;
+///     positive, d being its saturation: it rests at vt_active_decay and grows by as much with each
+///     repetition;
 ///  3. every id's saturation falls by pc_vt_restore towards its rest. Saturation keeps a standing robot from
 ///     relocalising falsely. It is brought up to date when its id is seen, not swept at each event.
 #pragma once

@@ -3,8 +3,8 @@
 ///     trajectory_online.tum  poses as they were known at the time
 ///     trajectory_final.tum   the path as the finished map sees it
 ///     trajectory_odometry.tum  the odometry alone, where it knows its pose
-///     odometry.csv           the odometry as odometry_file.h reads it: a run that takes it from there is the
-///                            same
+///     odometry.csv           the odometry as odometry_file.h reads it: a run that takes it from there
+///                            is the same
 ///     map.yaml               experiences and links
 ///     templates.csv          stamp,template_id,error,relative_rad          a line a view event; id -1: the image
 ///                            showed nothing

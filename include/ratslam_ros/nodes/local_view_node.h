@@ -1,4 +1,4 @@
-/// ratslam_lv: camera/image -> LocalView/Template by the local view cells (MODEL section 1), and
+/// ratslam_lv: camera/image -> LocalView/Template by the local view cells (docs/model.md section 1), and
 /// LocalView/View to look at. Where image geometry verifies recalls (vt_verify), also camera/camera_info ->
 /// LocalView/RecallGeometry, one message an image.
 #pragma once

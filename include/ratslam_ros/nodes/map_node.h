@@ -1,5 +1,5 @@
 /// ratslam_em: odom and the decisions of the pose cells -> experience map, robot pose, map -> odom,
-/// trajectories, path to a goal (MODEL section 3), the streams merged by stamp.
+/// trajectories, path to a goal (docs/model.md section 3), the streams merged by stamp.
 #pragma once
 
 #include <geometry_msgs/PoseStamped.h>

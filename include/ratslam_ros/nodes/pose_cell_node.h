@@ -1,5 +1,5 @@
 /// ratslam_pc: odom and LocalView/Template -> PoseCell/TopologicalAction and PoseCell/State by the pose cells
-/// (MODEL section 2), the two merged by stamp, and PoseCell/Activity to look at.
+/// (docs/model.md section 2), the two merged by stamp, and PoseCell/Activity to look at.
 #pragma once
 
 #include <optional>

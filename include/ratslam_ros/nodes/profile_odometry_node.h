@@ -1,4 +1,4 @@
-/// ratslam_vo: camera/image -> odom by intensity profiles (MODEL section 4).
+/// ratslam_vo: camera/image -> odom by intensity profiles (docs/model.md section 4).
 #pragma once
 
 #include <optional>

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kMaxIterations = 10;
 constexpr float kConverged = 0.01F;  // [px of the level]
-constexpr float kMinVariance =
-    9.0F;  // of the template's grey values: below, there is nothing but noise to align
+// Of the template's grey values: below, there is nothing but noise to align.
+constexpr float kMinVariance = 9.0F;
 const Eigen::Vector2d kPatchMiddle(0.5 * (kPatchColumns - 1), 0.5 * (kPatchRows - 1));
 
 const PatchKernels& kernels = patchKernels();

@@ -12,7 +12,7 @@ namespace {
 
 class Grids : public testing::TestWithParam<LocalViewParams> {
  protected:
-  /// Sum of absolute differences at a shift, as MODEL has it.
+  /// Sum of absolute differences at a shift, as docs/model.md has it.
   double difference(const std::vector<double>& view, const std::vector<double>& learned, int shift) const {
     const int columns = params_.view_template.x_size;
     const int begin = params_.panoramic ? 0 : params_.shift_match;

@@ -2,11 +2,11 @@
 /// results.
 ///
 /// A map is one long chain with loops. Steps:
-///  1. the inner nodes of chains (joined to their predecessor and successor only), in the order of the chain:
-///  each
-///     leaves two blocks below the diagonal;
+///  1. the inner nodes of chains (joined to their predecessor and successor
+///     only), in the order of the chain: each leaves two blocks below the
+///     diagonal;
 ///  2. the remaining junctions, by approximate minimum degree (Amestoy, Davis & Duff, 1996; Eigen's
-///  implementation);
+///     implementation);
 ///  3. symbolic elimination: the structure of a column is its own and its children's in the elimination tree
 ///     (Davis, Direct Methods for Sparse Linear Systems, 2006, chapter 4).
 #pragma once

@@ -1,4 +1,4 @@
-/// OpenRatSLAM's relaxation, equation (6), in the reference arithmetic of MODEL.
+/// OpenRatSLAM's relaxation, equation (6), in the reference arithmetic of docs/model.md.
 ///
 /// Each sweep visits experiences by id and their outgoing links by age. With l = where the link says its end
 /// should be, both ends move by alpha (end - l), start towards, end back; then the facings likewise. All

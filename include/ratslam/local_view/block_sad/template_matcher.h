@@ -1,4 +1,4 @@
-/// Search of the learned template most like a view (MODEL section 1, step 5): exact, and much faster than
+/// Search of the learned template most like a view (docs/model.md section 1, step 5): exact, and much faster than
 /// comparing every value of every template.
 ///
 ///   1. Mean gate. Templates whose mean differs too much from the view's are no candidates.

@@ -1,4 +1,4 @@
-/// How an image becomes a view template (MODEL section 1, steps 1-4):
+/// How an image becomes a view template (docs/model.md section 1, steps 1-4):
 ///
 ///   1. crop;  2. mean grey of each of X x Y blocks;  3. scaling to a common mean;  4. patch normalisation.
 ///

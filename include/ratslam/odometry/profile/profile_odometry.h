@@ -1,10 +1,10 @@
-/// RatSLAM's own visual odometry: intensity profiles of consecutive images (MODEL section 4; Milford & Wyeth
+/// RatSLAM's own visual odometry: intensity profiles of consecutive images (docs/model.md section 4; Milford & Wyeth
 /// 2008).
 ///
 /// 1. An image region becomes a profile: the mean intensity of each of its columns, in [0,1].
-/// 2. The profile is compared with the one before at shifts of up to 40 columns: mean absolute difference
-/// over
-///    the overlap.
+/// 2. The profile is compared with the one before at shifts of
+///    up to 40 columns: mean absolute difference over the
+///    overlap.
 /// 3. The shift of the smallest difference, in the rotation region, is the turn in pixels: yaw rate.
 /// 4. The smallest difference itself, in the translation region, grows with speed: speed.
 #pragma once

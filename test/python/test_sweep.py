@@ -1,0 +1,168 @@
+"""Sweeps over parameters: their ranges, what they keep and how they end."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from conftest import SCRIPTS
+from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
+from ratslam_tools.cli import sweep
+from ratslam_tools.errors import InputError
+from ratslam_tools.runs import grid
+
+
+@pytest.mark.parametrize(
+    "text, values",
+    [
+        ("k=0.05:0.2:0.05", ["0.05", "0.1", "0.15", "0.2"]),
+        ("k=1:1:3", ["1"]),
+        ("k=a,b", ["a", "b"]),
+        ("k=0:1:0.3", None),
+    ],
+)
+def test_ranges(text, values):
+    found = grid.parse_vary(text)[1]
+    assert found == (values or ["0", "0.3", "0.6", "0.9"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "k",
+        "=1",
+        "k=",
+        "k=1,,2",
+        "k=1,1",
+        "k=1:2",
+        "k=2:1:0.1",
+        "k=1:2:0",
+        "k=1:2:-1",
+        "k=0:1:x",
+        "k=0:1:1e-9",
+        "k=0:inf:1",
+    ],
+)
+def test_ranges_that_are_none(text):
+    with pytest.raises(InputError, match="--vary"):
+        grid.parse_vary(text)
+
+
+def sweep_words(program, tmp_path, *vary):
+    words = [
+        "input",
+        "--config",
+        "c.yaml",
+        "--truth",
+        str(tmp_path / "truth.tum"),
+        "--out",
+        str(tmp_path / "out"),
+        "--ratslam_run",
+        str(program),
+        "--jobs",
+        "2",
+    ]
+    return words + [word for text in vary for word in ("--vary", text)]
+
+
+def test_sweep_finds_the_optimum_and_does_not_repeat_itself(program, tmp_path, capsys):
+    words = sweep_words(program, tmp_path, "pc_vt_inject_energy=0.1:0.3:0.1", "other=1,2")
+    sweep.main(words)
+    assert len(calls(program)) == 6
+    assert all("--config c.yaml" in call and "--set other=" in call for call in calls(program))
+    assert "pc_vt_inject_energy=0.2" in capsys.readouterr().out
+    with open(tmp_path / "out" / "sweep.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 6 and {row["ape.final.coverage"] for row in rows} == {"1.0"}
+    assert min(rows, key=lambda row: float(row["ape.final.mean"]))["pc_vt_inject_energy"] == "0.2"
+    assert {row["counts.recalls"] for row in rows} == {"1.0"}
+    for key in ("pc_vt_inject_energy", "other"):
+        assert (tmp_path / "out" / f"ape_over_{key}.png").exists()
+    sweep.main(words[:-1] + ["other=1,2,3"])
+    assert len(calls(program)) == 9
+
+
+@pytest.mark.parametrize("key, runs_from_images", [("pc_vt_inject_energy", 1), ("camera_height", 2)])
+def test_sweep_computes_orb_odometry_once_where_nothing_varied_can_change_it(
+    program, tmp_path, key, runs_from_images
+):
+    sweep.main(sweep_words(program, tmp_path, f"{key}=0.1,0.2") + ["--odometry", "orb"])
+    assert sum("--odometry orb" in call for call in calls(program)) == runs_from_images
+    from_file = f"--odometry {tmp_path / 'out' / 'odometry' / 'odometry.csv'}"
+    assert sum(from_file in call for call in calls(program)) == (2 if runs_from_images == 1 else 0)
+
+
+def test_among_equals_none_is_the_best(program, tmp_path, capsys):
+    sweep.main(sweep_words(program, tmp_path, "other=1,2"))
+    assert "all have the same ape.final.mean" in capsys.readouterr().out
+    sweep.main(sweep_words(program, tmp_path, "pc_vt_inject_energy=0.1:0.2:0.1", "other=1,2"))
+    told = capsys.readouterr().out
+    assert "2 share the best ape.final.mean" in told and "other=1" in told and "other=2" in told
+
+
+def test_any_figure_may_be_the_goal_and_needs_no_truth(program, tmp_path, capsys):
+    words = sweep_words(program, tmp_path, "other=1,2")
+    at = words.index("--truth")
+    del words[at : at + 2]
+    with pytest.raises(InputError, match="ape.final.mean needs --truth"):
+        sweep.main(words)
+    sweep.main(words + ["--goal", "counts.recalls", "--largest"])
+    assert "same counts.recalls, 1" in capsys.readouterr().out
+    assert (tmp_path / "out" / "counts.recalls_over_other.png").exists()
+    with pytest.raises(InputError, match="no run has counts.birds; there are .*counts.recalls"):
+        sweep.main(words + ["--goal", "counts.birds"])
+
+
+def test_shards_put_together_are_the_whole_sweep(program, tmp_path, capsys):
+    vary = ("pc_vt_inject_energy=0.1:0.3:0.1", "other=1,2")
+    whole = sweep_words(program, tmp_path, *vary)
+    sweep.main(whole)
+    expected = (tmp_path / "out" / "sweep.csv").read_text()
+    told = capsys.readouterr().out
+    parts = []
+    for number in (1, 2, 3, 4):
+        part = str(tmp_path / f"part{number}")
+        parts.append(part)
+        words = [part if word == str(tmp_path / "out") else word for word in whole]
+        sweep.main(words + ["--shard", f"{number}/4"])
+        assert not os.path.exists(os.path.join(part, "sweep.csv"))
+    assert len(calls(program)) == 12
+    capsys.readouterr()
+    merged = [str(tmp_path / "merged") if word == str(tmp_path / "out") else word for word in whole]
+    sweep.main(merged + ["--merge", *parts])
+    assert len(calls(program)) == 12
+    assert (tmp_path / "merged" / "sweep.csv").read_text() == expected
+    assert capsys.readouterr().out.splitlines()[0] == told.splitlines()[0]
+    with pytest.raises(InputError, match="2 of 6 runs failed.*no shard has left it"):
+        sweep.main(merged + ["--merge", *parts[:1], *parts[2:]])
+    for bad in ("0/4", "5/4", "1", "a/b"):
+        with pytest.raises(InputError, match="K/N"):
+            sweep.main(whole + ["--shard", bad])
+
+
+def test_sweep_goes_on_after_failures_and_says_so(program, tmp_path):
+    with pytest.raises(InputError, match="1 of 2 runs failed.*fail: 1 is not allowed: 0"):
+        sweep.main(sweep_words(program, tmp_path, "fail=0,1"))
+    assert len((tmp_path / "out" / "sweep.csv").read_text().splitlines()) == 2
+    with pytest.raises(InputError, match="all 1 runs failed"):
+        sweep.main(sweep_words(program, tmp_path, "fail=1"))
+
+
+def test_interrupted_sweep_keeps_what_is_done_and_only_that(program, tmp_path):
+    words = sweep_words(program, tmp_path, "sleep=0,0.01,60,61")
+    process = subprocess.Popen(
+        [sys.executable, os.path.join(SCRIPTS, "sweep"), *words], stderr=subprocess.PIPE
+    )
+    runs = tmp_path / "out" / "runs"
+    deadline = time.monotonic() + 60
+    while len(calls(program)) < 4 or not (runs / "sleep=0.01" / "result.json").exists():
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, messages = process.communicate(timeout=30)
+    assert process.returncode == 130 and b"Traceback" not in messages
+    assert sorted(path.parent.name for path in runs.glob("*/result.json")) == ["sleep=0", "sleep=0.01"]
