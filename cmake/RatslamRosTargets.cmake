@@ -31,7 +31,8 @@ set_target_properties(${node_targets} PROPERTIES INSTALL_RPATH "$ORIGIN/..")
 install(TARGETS ratslam_ros LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 install(TARGETS ${node_targets} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY include/ratslam_ros DESTINATION ${CATKIN_GLOBAL_INCLUDE_DESTINATION})
-install(DIRECTORY launch config DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(DIRECTORY launch config docs DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(FILES LICENSE README.md DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 # The Python scripts, and beside them the package they share. No catkin_install_python: its relays in the devel space
 # would give rosrun two programs of each name, and ours name their interpreter already.
 file(GLOB candidates CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/*)
@@ -62,6 +63,9 @@ if(RATSLAM_TESTS AND CATKIN_ENABLE_TESTING)
   if(CATKIN_DEVEL_PREFIX STREQUAL "${PROJECT_SOURCE_DIR}/devel")
     add_test(NAME devel_space COMMAND ${PROJECT_SOURCE_DIR}/test/integration/devel_space.sh ${PROJECT_SOURCE_DIR})
   endif()
+  add_test(NAME two_machines COMMAND ${PROJECT_SOURCE_DIR}/test/integration/two_machines.sh
+    ${PROJECT_SOURCE_DIR} ${CATKIN_DEVEL_PREFIX})
+  set_tests_properties(two_machines PROPERTIES SKIP_RETURN_CODE 77)
   add_test(NAME install_space COMMAND ${PROJECT_SOURCE_DIR}/test/integration/install_space.sh
     ${PROJECT_BINARY_DIR} ${CMAKE_INSTALL_PREFIX})
 endif()

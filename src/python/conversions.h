@@ -12,6 +12,7 @@
 
 #include "ratslam/common/parameter_map.h"
 #include "ratslam/common/state.h"
+#include "ratslam/experience_map/experience_graph.h"
 #include "ratslam/experience_map/map_pose.h"
 
 namespace ratslam::python {
@@ -54,6 +55,11 @@ py::array_t<std::uint8_t> arrayFrom(const cv::Mat& image);
 
 /// Columns stamp [s], x, y, z [m], yaw [rad], log-scale: shape (poses, 6).
 py::array_t<double> arrayFrom(const std::vector<StampedPose>& trajectory);
+
+/// (experiences, 5): x, y, z [m], yaw [rad], log-scale.
+py::array_t<double> experiencesOf(const ExperienceGraph& graph);
+/// ends (links, 2), recall (links,), measured (links, 5).
+py::dict linksOf(const ExperienceGraph& graph);
 
 template <class Stage>
 py::bytes save(const Stage& stage) {

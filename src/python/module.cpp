@@ -9,4 +9,5 @@ PYBIND11_MODULE(_core, module) {
   ratslam::python::bindPoseCells(module);
   ratslam::python::bindLocalView(module);
   ratslam::python::bindExperienceMap(module);
+  ratslam::python::bindPipeline(module);
 }

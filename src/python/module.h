@@ -8,5 +8,6 @@ namespace ratslam::python {
 void bindPoseCells(pybind11::module& module);
 void bindLocalView(pybind11::module& module);
 void bindExperienceMap(pybind11::module& module);
+void bindPipeline(pybind11::module& module);
 
 }  // namespace ratslam::python

@@ -70,6 +70,7 @@ OfflineRun::OfflineRun(const RunOptions& options)
   for (const std::string& remark : recording_->remarks()) say(remark);
   pipeline_ = makePipeline(options, params_, kind, *recording_);
   snapshots_ = PoseCellSnapshots(chooseMoments(options, totalFrames()));
+  if (options.pose_cells_every > 0) cells_.emplace(options.pose_cells_every);
   log_ = std::make_unique<RunLog>(options.out);
   if (!options.video.empty()) {
     video_ =
@@ -129,6 +130,11 @@ void OfflineRun::follow(const Pipeline::Progress& progress) {
   for (const ViewEvent& view : progress.views) span_.addView(view.stamp);
   log_->append(progress);
   snapshots_.follow(progress, pipeline_->poseCells().cells());
+  if (cells_) {
+    for (const PoseCellDecision& decision : progress.decisions) {
+      cells_->add(decision.view.stamp, pipeline_->poseCells().cells().activity());
+    }
+  }
   if (video_) video_->follow(progress);
 }
 
@@ -143,7 +149,7 @@ void OfflineRun::finish(double decoding_seconds) {
   images_.counts().visit(
       [&counts](const std::string& name, std::size_t number) { counts[name] = static_cast<double>(number); });
   counts["images_outside_odometry"] = static_cast<double>(span_.viewsOutside());
-  log_->finish(*pipeline_, params_, counts, decoding_seconds, &snapshots_);
+  log_->finish(*pipeline_, params_, counts, decoding_seconds, &snapshots_, cells_ ? &*cells_ : nullptr);
   if (video_) video_->finish();
 }
 

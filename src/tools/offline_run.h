@@ -44,6 +44,7 @@ class OfflineRun {
   OdometrySpan span_;
   std::unique_ptr<RunLog> log_;
   PoseCellSnapshots snapshots_;
+  std::optional<PoseCellRecording> cells_;
   std::unique_ptr<RunVideo> video_;
 };
 

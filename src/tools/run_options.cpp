@@ -69,6 +69,10 @@ po::options_description describe(RunOptions& options) {
       "KITTI sequence: folder of its images, such as image_2 (with P2 of calib.txt), or . for the sequence's "
       "own "
       "(default: image_0)");
+  add("pose-cells-every", po::value(&options.pose_cells_every)->default_value(0),
+      "keep the pose cells' activity after every so many views in pose_cells.npz: arrays stamps [ns] and "
+      "activity "
+      "(snapshots, headings, rows, columns), for numpy.load (0: not at all)");
   add("image-topic", po::value(&options.recording.image_topic),
       "bag: image topic, raw or compressed (default: the only one)");
   add("odometry-topic", po::value(&options.recording.odometry_topic),

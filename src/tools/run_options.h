@@ -17,7 +17,8 @@ struct RunOptions {
   std::string odometry;
   std::string calibration;  ///< file of a camera's intrinsics; empty: what the recording or configuration has
   std::string video;        ///< file to write; empty: none
-  std::string pose_cells_at;  ///< times of snapshots [s]; empty: spread evenly
+  std::size_t pose_cells_every = 0;  ///< views from one snapshot to the next; 0: none
+  std::string pose_cells_at;         ///< times of snapshots [s]; empty: spread evenly
   std::vector<std::string> assignments;
   std::size_t max_frames = 0;  ///< 0: all
   RecordingOptions recording;

@@ -101,8 +101,8 @@ class Broken(unittest.TestCase):
 
         def diagnosed(message):
             for status in message.status:
-                if status.name.startswith(root) and status.name.endswith(": images"):
-                    counts[status.name] = {value.key: int(value.value) for value in status.values}
+                if ("/" + status.name).startswith(root) and status.name.endswith(": images"):
+                    counts[status.name] = {value.key: int(value.value) for value in status.values if value.value.isdigit()}
 
         listeners = [rospy.Subscriber("/diagnostics", DiagnosticArray, diagnosed, queue_size=None),
                      rospy.Subscriber(root + "/ExperienceMap/RobotPose", PoseStamped, poses.append, queue_size=None)]

@@ -78,6 +78,22 @@ class Map(unittest.TestCase):
         message.action, message.src_id, message.dest_id = step
         return message
 
+    def test_frame_of_the_odometry_is_that_of_its_messages(self):
+        self.start()
+        transforms = self.listen("/tf", tf2_msgs.msg.TFMessage)
+        odometry, states = self.publisher("odom", Odometry), self.publisher("PoseCell/State", PoseCellState)
+
+        class Renamed:
+            @staticmethod
+            def publish(message):
+                message.header.frame_id = "/wheels/odom"
+                odometry.publish(message)
+
+        self.drive(Renamed, lambda at, step: states.publish(self.fill(PoseCellState(), at, step)))
+        self.assertTrue(harness.wait_until(lambda: transforms), self.node.output())
+        names = {(t.header.frame_id, t.child_frame_id) for m in transforms for t in m.transforms}
+        self.assertEqual(names, {("map", "wheels/odom")})
+
     def check_square(self, maps):
         self.assertTrue(harness.wait_until(lambda: maps and maps[-1].edge_count == 4), self.node.output())
         last = maps[-1]

@@ -12,9 +12,12 @@ import unittest
 import numpy as np
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from ratslam_ros.msg import PoseCellState, TopologicalAction, ViewTemplate
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from tf2_msgs.msg import TFMessage
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
@@ -276,6 +279,74 @@ class Streams(unittest.TestCase):
             views.publish(self.view(index))
         self.assertTrue(states.has(3), node.output())
         self.assertTrue(node.said(self.root + "/odom is silent"), node.output())
+
+    def test_clocks_that_disagree_are_named_with_the_difference(self):
+        node = self.start("ratslam_pc")
+        odometry = self.publisher("odom", Odometry)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        for index in range(60):
+            odometry.publish(harness.odometry_message(harness.frame_stamp(index) - 900 * 10**9))
+            views.publish(self.view(index))
+            time.sleep(0.1)
+        self.assertTrue(node.said(f"{self.root}/odom is stamped 900.[0-9] s behind {self.root}/LocalView/Template"), node.output())
+        self.assertEqual(node.count("is stamped"), 1, node.output())
+
+    def test_streams_in_step_are_not_complained_of(self):
+        node = self.start("ratslam_pc")
+        odometry = self.publisher("odom", Odometry)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        for index in range(50):
+            odometry.publish(harness.odometry_message(harness.frame_stamp(index) - 500000000))
+            views.publish(self.view(index))
+            time.sleep(0.1)
+        self.assertEqual(node.count("is stamped"), 0, node.output())
+
+    def test_a_second_odometry_and_a_second_broadcaster_are_named(self):
+        suffix = self.root[1:]
+        frames = {"odom_frame": "odom" + suffix, "base_frame": "base" + suffix}
+        node = self.start("ratslam_em", **frames)
+        self.start("ratslam_vo", **frames)
+        wheels = self.publisher("odom", Odometry)
+        images = self.publisher("camera/image", Image)
+        broadcaster = rospy.Publisher("/tf", TFMessage, queue_size=10)
+        transform = TransformStamped(child_frame_id=frames["base_frame"])
+        transform.header.frame_id, transform.transform.rotation.w = frames["odom_frame"], 1.0
+        for index in range(60):
+            images.publish(harness.image_message(self.frame(index), harness.frame_stamp(index)))
+            wheels.publish(harness.odometry_message(harness.frame_stamp(index)))
+            broadcaster.publish(TFMessage([transform]))
+            time.sleep(0.1)
+        ours = "ratslam_vo_" + suffix
+        self.assertTrue(node.said(f"{self.root}/odom is published by .*{ours}"), node.output())
+        self.assertTrue(node.said(f"odom{suffix} -> base{suffix} is broadcast by .*{ours}"), node.output())
+        self.assertEqual(node.count("is published by"), 1, node.output())
+
+    def test_every_node_tells_its_state(self):
+        states = {}
+        rospy.Subscriber("/diagnostics", DiagnosticArray,
+                         lambda message: states.update({s.name: s for s in message.status}), queue_size=None)
+        for name in ("ratslam_lv", "ratslam_vo", "ratslam_orb_vo", "ratslam_pc", "ratslam_em"):
+            self.start(name)
+        images = rospy.Publisher(self.root + "/camera/image", Image, queue_size=10)
+        self.assertTrue(harness.wait_until(lambda: images.get_num_connections() == 3))
+        for index in range(40):
+            images.publish(harness.image_message(self.frame(index), harness.frame_stamp(index)))
+            time.sleep(0.1)
+
+        def node(name, part):
+            return f"ratslam_{name}_{self.root[1:]}: {part}"
+
+        def value(name, key):
+            return float({entry.key: entry.value for entry in states[name].values}[key])
+
+        expected = {node(*words) for words in (
+            ("lv", "images"), ("lv", "places"), ("lv", "memory"), ("vo", "images"), ("orb_vo", "visual odometry"),
+            ("orb_vo", "images"), ("pc", "streams"), ("em", "map"), ("em", "memory"))}
+        self.assertTrue(harness.wait_until(lambda: expected <= set(states)), sorted(states))
+        self.assertTrue(harness.wait_until(lambda: value(node("lv", "images"), "used_images") == 40), states[node("lv", "images")])
+        self.assertGreater(value(node("lv", "memory"), "resident memory [MB]"), 1.0)
+        self.assertTrue(harness.wait_until(lambda: value(node("em", "map"), "experiences") > 0))
+        self.assertEqual(states[node("orb_vo", "visual odometry")].message, "no calibration")
 
     def test_orb_odometry_without_calibration_says_how_to_supply_one(self):
         node = self.start("ratslam_orb_vo")

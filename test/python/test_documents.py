@@ -129,6 +129,18 @@ def test_links_lead_somewhere(path):
             assert anchor in anchors, f"{os.path.basename(path)}: {target}"
 
 
+def test_every_topic_of_the_nodes_is_described():
+    with open(os.path.join(SOURCE, "docs", "nodes.md"), encoding="utf-8") as file:
+        described = file.read()
+    names = set()
+    for path in glob.glob(os.path.join(SOURCE, "src", "ratslam_ros", "**", "*.cpp"), recursive=True):
+        with open(path, encoding="utf-8") as file:
+            names.update(re.findall(r'"((?:LocalView|PoseCell|ExperienceMap)/\w+)"', file.read()))
+    assert len(names) > 10
+    missing = {name for name in names if name not in described and name.split("/")[1] not in described}
+    assert not missing
+
+
 def test_configurations_that_are_named_exist():
     for where, number, words in COMMANDS:
         for word in words:

@@ -23,6 +23,7 @@
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/system/pipeline.h"
+#include "ratslam/system/pose_cell_recording.h"
 #include "ratslam/system/pose_cell_snapshots.h"
 
 namespace ratslam {
@@ -41,9 +42,11 @@ class RunLog {
   /// @param counts  whatever the runner counted (frames, corrupt images, ...), by name
   /// @param decoding_seconds  spent on decoding images
   /// @param snapshots  of the pose cells, where some were taken
+  /// @param cells  activity of the pose cells all along, where it was asked for
   /// @throws std::runtime_error naming the file that cannot be written
   void finish(const Pipeline& pipeline, PipelineParams params, const std::map<std::string, double>& counts,
-              double decoding_seconds = 0.0, const PoseCellSnapshots* snapshots = nullptr);
+              double decoding_seconds = 0.0, const PoseCellSnapshots* snapshots = nullptr,
+              PoseCellRecording* cells = nullptr);
 
  private:
   std::string folder_;

@@ -9,6 +9,7 @@
 #include "ratslam/system/local_view_stage.h"
 #include "ratslam_ros/support/calibrated_images.h"
 #include "ratslam_ros/support/lazy_picture.h"
+#include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
 #include "ratslam_ros/support/start_gate.h"
@@ -37,6 +38,7 @@ class LocalViewNode {
   std_msgs::Header last_header_;
   cv::Mat last_image_;  ///< to draw
   CalibratedImages images_;
+  NodeDiagnostics diagnostics_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
 };

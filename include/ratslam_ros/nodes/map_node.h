@@ -13,8 +13,10 @@
 #include "ratslam_ros/support/decision_source.h"
 #include "ratslam_ros/support/map_publisher.h"
 #include "ratslam_ros/support/message_guard.h"
+#include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
+#include "ratslam_ros/support/rival_watch.h"
 
 namespace ratslam {
 
@@ -54,7 +56,10 @@ class MapNode {
   CountedWarning time_went_back_;
   std::vector<ros::Subscriber> subscribers_;
   ros::ServiceServer write_service_;
+  RivalWatch rivals_;
+  NodeDiagnostics diagnostics_;
   ros::WallTimer watch_timer_;
+  ros::WallTimer diagnostics_timer_;
 };
 
 }  // namespace ratslam

@@ -5,6 +5,7 @@
 
 #include "ratslam/odometry/orb/orb_source.h"
 #include "ratslam_ros/support/calibrated_images.h"
+#include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_publisher.h"
 #include "ratslam_ros/support/orb_display.h"
@@ -26,6 +27,7 @@ class OrbOdometryNode {
   OdometryPublisher publisher_;
   OrbDisplay display_;
   CalibratedImages images_;
+  NodeDiagnostics diagnostics_;
   CountedWarning restarted_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;

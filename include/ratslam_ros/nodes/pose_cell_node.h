@@ -9,8 +9,10 @@
 #include "ratslam_ros/ViewTemplate.h"
 #include "ratslam_ros/support/lazy_picture.h"
 #include "ratslam_ros/support/message_guard.h"
+#include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
+#include "ratslam_ros/support/stamp_offset.h"
 #include "ratslam_ros/support/start_gate.h"
 
 namespace ratslam {
@@ -24,6 +26,7 @@ class PoseCellNode {
   void start();
   void onView(const ratslam_ros::ViewTemplate& message);
   void watch();
+  void describe(DiagnosticStatus& status);
   void publish(const std::vector<PoseCellDecision>& decisions);
 
   ros::NodeHandle handle_;
@@ -37,6 +40,10 @@ class PoseCellNode {
   StreamWatch views_watch_;
   SyncTimeout odometry_timeout_;
   MessageGuard guard_;
+  StampOffset offset_;
+  NodeDiagnostics diagnostics_;
+  RateMeter view_rate_, odometry_rate_;
+  std::size_t views_ = 0, samples_ = 0;
   CountedWarning went_on_without_;
   CountedWarning time_went_back_;
   CountedWarning late_;
@@ -44,6 +51,7 @@ class PoseCellNode {
   ros::Subscriber view_subscriber_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
+  ros::WallTimer diagnostics_timer_;
 };
 
 }  // namespace ratslam

@@ -5,6 +5,7 @@
 
 #include "ratslam/odometry/profile/profile_source.h"
 #include "ratslam_ros/support/image_subscriber.h"
+#include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_publisher.h"
 #include "ratslam_ros/support/start_gate.h"
@@ -24,6 +25,7 @@ class ProfileOdometryNode {
   ProfileSource source_;
   OdometryPublisher publisher_;
   ImageSubscriber images_;
+  NodeDiagnostics diagnostics_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
 };

@@ -64,7 +64,6 @@ class ImageSubscriber {
   void subscribe();
   void push(const Waiting& waiting);
   void process(const Waiting& waiting);
-  void publishCounts();
 
   ros::NodeHandle handle_;
   bool compressed_;
@@ -79,8 +78,6 @@ class ImageSubscriber {
   ImageTraffic traffic_;
   CountedWarning dropped_;
   ros::Subscriber subscriber_;
-  ros::Publisher diagnostics_;
-  ros::WallTimer diagnostics_timer_;
 };
 
 }  // namespace ratslam

@@ -1,4 +1,4 @@
-/// An image topic whose pictures are drawn only while somebody looks.
+/// An image topic whose pictures are drawn only while somebody looks; who comes later sees the last one drawn.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
@@ -12,7 +12,7 @@ namespace ratslam {
 class LazyPicture {
  public:
   LazyPicture(ros::NodeHandle& handle, const std::string& topic)
-      : publisher_(handle.advertise<sensor_msgs::Image>(topic, 1)) {}
+      : publisher_(handle.advertise<sensor_msgs::Image>(topic, 1, true)) {}
 
   bool wanted() const { return publisher_.getNumSubscribers() > 0; }
 

@@ -20,6 +20,9 @@ class MapPublisher {
   /// Robot pose, scale and map -> odom for each decision that the map has processed, oldest first.
   void publishPoses(const ExperienceMap& map, const std::vector<Stamp>& processed, OdometryFrame& odometry);
 
+  /// Name of the odometry's frame, where messages have told another than the parameters.
+  void setOdometryFrame(const std::string& name) { odometry_frame_ = name; }
+
   /// The robot's pose at the newest decision and how well it is known.
   void publishCovariance(const ExperienceMap& map, Stamp stamp);
 
@@ -41,6 +44,7 @@ class MapPublisher {
   void publishTransform(const StampedPose& robot, OdometryFrame& odometry);
 
   NodeParams params_;
+  std::string odometry_frame_;
   ros::Publisher map_;
   ros::Publisher marker_;
   ros::Publisher robot_pose_;

@@ -19,7 +19,7 @@ struct NodeParams {
   int wait_for_subscribers = 0;
   bool publish_tf = true;
   std::string map_frame = "map";
-  std::string odom_frame = "odom";
+  std::string odom_frame;
   std::string base_frame = "base_link";
   double map_period = 1.0;      ///< [s] of wall time
   double map_line_width = 0.2;  ///< [m]
@@ -45,7 +45,8 @@ struct NodeParams {
     visit("publish_tf", publish_tf, any,
           "broadcast map -> odom (ratslam_em) or odom -> base_link (odometries)");
     visit("map_frame", map_frame, any, "frame of the map");
-    visit("odom_frame", odom_frame, any, "frame of the odometry");
+    visit("odom_frame", odom_frame, any,
+          "frame of the odometry; empty: as an external odometry's messages say, and odom for ours");
     visit("base_frame", base_frame, any, "frame of the robot");
     visit("map_period", map_period, Bounds{0.0, 3600.0},
           "a changed map is published at most every so often, in wall time [s]");
@@ -58,6 +59,9 @@ struct NodeParams {
           "write trajectories here on shutdown: FILE_online.tum and FILE_final.tum; empty: none");
     visit("trajectory_format", trajectory_format, any, "tum or kitti");
   }
+
+  /// Frame of an odometry whose messages name `in_messages`, which may be empty.
+  std::string odomFrame(const std::string& in_messages = "") const;
 
   /// @throws std::invalid_argument naming key, value and what is allowed
   void validate() const;

@@ -35,6 +35,8 @@ class OdometrySubscriber {
   /// To be called every now and then: warns of what never came, and gives up waiting.
   void watchStreams();
   const std::string& topic() const { return watch_.topic(); }
+  /// Frame of the poses as the messages name it, without the leading slash that tf once had; empty before the first.
+  const std::string& frame() const { return frame_; }
 
  private:
   void onQuality(const ratslam_ros::OdometryQuality& message);
@@ -46,6 +48,7 @@ class OdometrySubscriber {
   ros::NodeHandle handle_;
   Handler handler_;
   StreamWatch watch_;
+  std::string frame_;
   std::optional<bool> with_quality_;  ///< once the first sample has come
   std::deque<OdometrySample> samples_;
   std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;

@@ -1,6 +1,5 @@
 /// What one may look at while ratslam_orb_vo works: ~debug_image (features and tracked landmarks), ~landmarks
-/// (the local map as a PointCloud2), both only while somebody listens, and its state on diagnostics once a
-/// second.
+/// (the local map as a PointCloud2), both only while somebody listens, and its state for the diagnostics.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -10,20 +9,21 @@
 #include <optional>
 
 #include "ratslam/odometry/orb/orb_odometry.h"
+#include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_params.h"
 
 namespace ratslam {
 
 class OrbDisplay {
  public:
-  OrbDisplay(ros::NodeHandle& handle, const NodeParams& params);
+  explicit OrbDisplay(const NodeParams& params);
 
   /// @param seconds  computing time of this image
   void show(const std_msgs::Header& header, const cv::Mat& image, const CameraModel& camera,
             const OrbOdometry& odometry, const OrbResult& result, double seconds);
 
-  /// @param odometry  null while there is no calibration
-  void publishStatus(const OrbOdometry* odometry);
+  /// Its state since it was last asked. @param odometry  null while there is no calibration
+  void describe(DiagnosticStatus& status, const OrbOdometry* odometry);
 
  private:
   void publishLandmarks(const std_msgs::Header& header, const OrbOdometry& odometry);
@@ -31,7 +31,6 @@ class OrbDisplay {
   std::string odom_frame_;
   ros::Publisher debug_image_;
   ros::Publisher landmarks_;
-  ros::Publisher diagnostics_;
   std::optional<OrbResult> last_;
   double slowest_s_ = 0.0;  ///< since the last status
   double summed_s_ = 0.0;

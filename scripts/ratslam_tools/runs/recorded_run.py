@@ -29,7 +29,7 @@ class RecordedRun(Run):
     def __init__(self, path: str):  # pylint: disable=super-init-not-called
         self.folder = os.path.dirname(os.path.abspath(path))
         self.name = os.path.basename(path)
-        self.summary, self.activity, self.odometry = {}, None, None
+        self.summary, self.activity, self.odometry, self.pose_cells = {}, None, None, None
         messages = _read(path)
         if not messages.get(MAP):
             raise InputError(f"{path}: no topic that ends with {MAP}: record it with rosbag record")

@@ -6,6 +6,7 @@ Only what a figure needs has to be there; every reader names the file and line t
 import json
 import os
 import re
+import zipfile
 from typing import Dict, Optional
 
 import numpy as np
@@ -124,6 +125,7 @@ class Run:
         self.templates = self._read("templates.csv", read_columns)
         self.actions = self._read("actions.csv", read_columns)
         self.activity = self._read("pose_cells.csv", read_columns)
+        self.pose_cells: Optional[Dict[str, np.ndarray]] = self._read("pose_cells.npz", read_arrays)
         self.summary = self._read("summary.json", read_json) or {}
         if self.final is None:
             raise InputError(f"{folder}: no trajectory_final.tum: not a folder that ratslam_run left")
@@ -154,6 +156,15 @@ class Run:
             if isinstance(value, (int, float)) and not isinstance(value, bool):
                 times[name] = float(value)
         return times
+
+
+def read_arrays(path: str) -> Dict[str, np.ndarray]:
+    """Arrays of an .npz file: of the pose cells `stamps` [ns] and `activity` (snapshots, headings, rows, columns)."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            return dict(arrays)
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: not arrays of numpy: {one_line(error)}") from None
 
 
 def read_json(path: str) -> dict:

@@ -23,10 +23,11 @@ constexpr const char* kOnlineTrajectory = "trajectory_online.tum";
 constexpr const char* kFinalTrajectory = "trajectory_final.tum";
 constexpr const char* kMap = "map.yaml";
 constexpr const char* kPoseCells = "pose_cells.csv";
+constexpr const char* kAllPoseCells = "pose_cells.npz";
 constexpr const char* kSummary = "summary.json";
-constexpr std::array<const char*, 9> kAll{kTemplates,        kActions,         kOdometry, kOdometryTrajectory,
-                                          kOnlineTrajectory, kFinalTrajectory, kMap,      kPoseCells,
-                                          kSummary};
+constexpr std::array<const char*, 10> kAll{
+    kTemplates,       kActions, kOdometry,  kOdometryTrajectory, kOnlineTrajectory,
+    kFinalTrajectory, kMap,     kPoseCells, kAllPoseCells,       kSummary};
 
 std::string madeFolder(const std::string& folder) {
   std::error_code error;
@@ -159,7 +160,7 @@ void RunLog::append(const Pipeline::Progress& progress) {
 
 void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
                     const std::map<std::string, double>& counts, double decoding_seconds,
-                    const PoseCellSnapshots* snapshots) {
+                    const PoseCellSnapshots* snapshots, PoseCellRecording* cells) {
   FileSet files(folder_);
   files.adopt(kTemplates, templates_);
   files.adopt(kActions, actions_);
@@ -170,6 +171,7 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   writeTum(files.add(kFinalTrajectory), toPoses3(pipeline.map().finalTrajectory()));
   writeMap(files.add(kMap), pipeline.map().graph());
   if (snapshots != nullptr) snapshots->write(files.add(kPoseCells));
+  if (cells != nullptr) cells->write(files.add(kAllPoseCells));
 
   std::ostream& summary = files.add(kSummary);
   summary << "{\n  \"version\": \"" << version() << "\",\n  \"counts\": {";

@@ -20,13 +20,19 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
                 }),
       odometry_timeout_(params_.sync_timeout),
       images_(handle, parameters, cameraHandler(),
-              [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }) {
+              [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
+      diagnostics_(handle) {
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
   outputs_.push_back(handle.advertise<ratslam_ros::ViewTemplate>(topic("LocalView/Template"), 0));
   if (stage_.needsCamera()) {
     outputs_.push_back(handle.advertise<ratslam_ros::RecallGeometry>(topic("LocalView/RecallGeometry"), 0));
   }
   gate_.emplace(handle, outputs_, params_.wait_for_subscribers, [this] { start(); });
+  diagnostics_.addImages(images_.subscriber());
+  diagnostics_.add("places", [this](DiagnosticStatus& status) {
+    status.summaryf(DiagnosticStatus::OK, "%zu templates", stage_.cells().size());
+    status.add("templates", stage_.cells().size());
+  });
   watch_timer_ =
       handle.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
 }
@@ -50,6 +56,7 @@ void LocalViewNode::onImage(const std_msgs::Header& header, const ImageFrame& fr
 
 void LocalViewNode::watch() {
   images_.warnIfSomethingNeverCame();
+  diagnostics_.publish();
   if (!stage_.needsOdometry()) return;
   odometry_.watchStreams();
   if (!odometry_timeout_.expired(stage_.waitingImages() > 0)) return;

@@ -32,7 +32,9 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
               [topic = handle.resolveName(topicName(params_.topic_root, "PoseCell/State"))] {
                 return isPublished(topic);
               }),
-      silence_(params_.sync_timeout) {
+      silence_(params_.sync_timeout),
+      rivals_(handle_, odometry_.topic()),
+      diagnostics_(handle_) {
   if (!params_.trajectory_file.empty()) {
     requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
   }
@@ -44,6 +46,14 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
       });
   watch_timer_ =
       handle_.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
+  diagnostics_.add("map", [this](DiagnosticStatus& status) {
+    describeMap(status, stage_.map().graph());
+    status.add("decisions that wait", stage_.waitingDecisions());
+    status.add("decisions refused", bad_decision_.count());
+  });
+  rivals_.watchFrame(params_.base_frame);
+  diagnostics_timer_ = handle_.createWallTimer(
+      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { diagnostics_.publish(); });
 }
 
 void MapNode::subscribe() {
@@ -81,6 +91,7 @@ void MapNode::onDecision(const Message& message) {
 }
 
 void MapNode::drain(bool wait) {
+  publisher_.setOdometryFrame(params_.odomFrame(odometry_.frame()));
   const std::vector<Stamp> processed = wait ? stage_.drain() : stage_.drainWithoutWaiting();
   for (const std::string& why : stage_.takeRefusals()) {
     bad_decision_.report("decision of the pose cells dropped: " + why);
@@ -92,6 +103,7 @@ void MapNode::drain(bool wait) {
 }
 
 void MapNode::watch() {
+  rivals_.watchFrame(params_.odomFrame(odometry_.frame()));
   odometry_.watchStreams();
   decisions_watch_.warnIfItNeverCame();
   publisher_.publishMapIfDue(stage_.map());

@@ -8,15 +8,20 @@ OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& par
     : params_(readParams<NodeParams>(parameters)),
       odometry_params_(readParams<OrbOdometryParams>(parameters)),
       publisher_(handle, params_),
-      display_(handle, params_),
+      display_(params_),
       images_(
           handle, parameters,
           [this](const CameraModel& camera) { source_.emplace(camera, odometry_params_); },
-          [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }) {
+          [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
+      diagnostics_(handle) {
   gate_.emplace(handle, publisher_.publishers(), params_.wait_for_subscribers, [this] { images_.start(); });
+  diagnostics_.addImages(images_.subscriber());
+  diagnostics_.add("visual odometry", [this](DiagnosticStatus& status) {
+    display_.describe(status, source_ ? &source_->odometry() : nullptr);
+  });
   watch_timer_ = handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
     images_.warnIfSomethingNeverCame();
-    display_.publishStatus(source_ ? &source_->odometry() : nullptr);
+    diagnostics_.publish();
   });
 }
 

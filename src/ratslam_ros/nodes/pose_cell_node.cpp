@@ -17,17 +17,23 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
                   odometry_timeout_.messageArrived();
+                  offset_.second(sample.stamp);
+                  ++samples_;
                   const SampleVerdict verdict = stage_.addOdometry(sample);
                   publish(stage_.drain());
                   return verdict;
                 }),
       views_watch_(handle.resolveName(topicName(params_.topic_root, "LocalView/Template")),
                    "ratslam_ros/ViewTemplate"),
-      odometry_timeout_(params_.sync_timeout) {
+      odometry_timeout_(params_.sync_timeout),
+      diagnostics_(handle_) {
   gate_.emplace(handle, std::vector<ros::Publisher>{state_publisher_, action_publisher_},
                 params_.wait_for_subscribers, [this] { start(); });
   watch_timer_ =
       handle.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
+  diagnostics_.add("streams", [this](DiagnosticStatus& status) { describe(status); });
+  diagnostics_timer_ = handle.createWallTimer(ros::WallDuration(1.0),
+                                              [this](const ros::WallTimerEvent&) { diagnostics_.publish(); });
 }
 
 void PoseCellNode::start() {
@@ -41,6 +47,8 @@ void PoseCellNode::start() {
 
 void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
   views_watch_.messageArrived();
+  offset_.first(stampFromRos(message.header.stamp));
+  ++views_;
   switch (stage_.addView(viewFromMessage(message))) {
     case EventVerdict::kAccepted:
       break;
@@ -57,12 +65,28 @@ void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
 void PoseCellNode::watch() {
   odometry_.watchStreams();
   views_watch_.warnIfItNeverCame();
+  if (const auto complaint = offset_.complaint(views_watch_.topic(), odometry_.topic())) {
+    ROS_ERROR("%s", complaint->c_str());
+  }
   if (!odometry_timeout_.expired(stage_.waitingViews() > 0)) return;
   const std::optional<double> lag = stage_.lag();
   const std::string offset =
       lag ? "; its newest stamp lies " + std::to_string(*lag) + " s before the waiting image's" : "";
   went_on_without_.report(odometry_.topic() + " is silent: views are processed without odometry" + offset);
   publish(stage_.drainWithoutOdometry());
+}
+
+void PoseCellNode::describe(DiagnosticStatus& status) {
+  const double view_rate = view_rate_.perSecond(views_);
+  const double odometry_rate = odometry_rate_.perSecond(samples_);
+  const bool flows = view_rate > 0.0 && odometry_rate > 0.0;
+  status.summaryf(flows ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
+                  "%.1f views, %.1f odometry messages a second", view_rate, odometry_rate);
+  status.add("views [1/s]", view_rate);
+  status.add("odometry [1/s]", odometry_rate);
+  status.add("views that wait for odometry", stage_.waitingViews());
+  status.add("odometry ahead of views [s]", offset_.seconds().value_or(0.0));
+  status.add("fresh starts of the activity", stage_.cells().reseeds());
 }
 
 void PoseCellNode::publish(const std::vector<PoseCellDecision>& decisions) {

@@ -11,10 +11,14 @@ ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const Parameter
       publisher_(handle, params_),
       images_(handle, params_, readParams<ImageStageParams>(parameters),
               topicName(params_.topic_root, "camera/image"),
-              [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }) {
+              [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
+      diagnostics_(handle) {
   gate_.emplace(handle, publisher_.publishers(), params_.wait_for_subscribers, [this] { images_.start(); });
-  watch_timer_ = handle.createWallTimer(
-      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { images_.watch().warnIfItNeverCame(); });
+  diagnostics_.addImages(images_);
+  watch_timer_ = handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
+    images_.watch().warnIfItNeverCame();
+    diagnostics_.publish();
+  });
 }
 
 void ProfileOdometryNode::onImage(const std_msgs::Header&, const ImageFrame& frame) {

@@ -1,8 +1,5 @@
 #include "ratslam_ros/support/image_subscriber.h"
 
-#include <diagnostic_msgs/DiagnosticArray.h>
-#include <ros/this_node.h>
-
 #include <cstdio>
 
 #include "ratslam_ros/support/conversions.h"
@@ -30,8 +27,7 @@ ImageSubscriber::ImageSubscriber(const ros::NodeHandle& handle, const NodeParams
              }),
       watch_(topic_, compressed_ ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image"),
       queue_(handle, static_cast<std::size_t>(params.image_queue_size),
-             [this](const Waiting& waiting) { process(waiting); }),
-      diagnostics_(handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)) {}
+             [this](const Waiting& waiting) { process(waiting); }) {}
 
 void ImageSubscriber::start() {
   if (compressed_) {
@@ -40,8 +36,6 @@ void ImageSubscriber::start() {
     subscribe<sensor_msgs::Image>();
   }
   watch_.start();
-  diagnostics_timer_ = handle_.createWallTimer(ros::WallDuration(1.0),
-                                               [this](const ros::WallTimerEvent&) { publishCounts(); });
 }
 
 template <class Message>
@@ -77,28 +71,6 @@ void ImageSubscriber::process(const Waiting& waiting) {
     stage_.refused(waiting.image.name, e.what());
   }
   traffic_.delay_s = (ros::WallTime::now() - waiting.arrived).toSec();
-}
-
-void ImageSubscriber::publishCounts() {
-  diagnostic_msgs::DiagnosticStatus status;
-  status.name = ros::this_node::getName() + ": images";
-  status.hardware_id = topic_;
-  const ImageCounts& counts = stage_.counts();
-  const bool fine = counts.used > 0 || counts.images == 0;
-  status.level = fine ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::ERROR;
-  status.message = counts.text();
-  const auto add = [&status](const std::string& name, std::size_t number) {
-    diagnostic_msgs::KeyValue value;
-    value.key = name;
-    value.value = std::to_string(number);
-    status.values.push_back(value);
-  };
-  counts.visit(add);
-  add("dropped_images", traffic_.dropped);
-  diagnostic_msgs::DiagnosticArray message;
-  message.header.stamp = ros::Time::now();
-  message.status.push_back(status);
-  diagnostics_.publish(message);
 }
 
 }  // namespace ratslam

@@ -14,7 +14,9 @@
 namespace ratslam {
 
 MapPublisher::MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bool with_scale)
-    : params_(params), picture_(handle, topicName(params.topic_root, "ExperienceMap/Picture")) {
+    : params_(params),
+      odometry_frame_(params.odomFrame()),
+      picture_(handle, topicName(params.topic_root, "ExperienceMap/Picture")) {
   const auto topic = [&params](const char* name) { return topicName(params.topic_root, name); };
   const bool latched = true;
   map_ = handle.advertise<ratslam_ros::TopologicalMap>(topic("ExperienceMap/Map"), 1, latched);
@@ -82,7 +84,7 @@ void MapPublisher::publishTransform(const StampedPose& robot, OdometryFrame& odo
   geometry_msgs::TransformStamped transform;
   transform.header.stamp = stampToRos(robot.stamp);
   transform.header.frame_id = params_.map_frame;
-  transform.child_frame_id = params_.odom_frame;
+  transform.child_frame_id = odometry_frame_;
   transform.transform = transformToMessage(mapToOdom(robot.pose, *in_odom));
   broadcaster_.sendTransform(transform);
   newest_transform_ = robot.stamp;

@@ -21,6 +21,11 @@ void requireFrame(const std::string& key, const std::string& value) {
 
 }  // namespace
 
+std::string NodeParams::odomFrame(const std::string& in_messages) const {
+  if (!odom_frame.empty()) return odom_frame;
+  return in_messages.empty() ? "odom" : in_messages;
+}
+
 void NodeParams::validate() const {
   checkBounds(*this);
   requireOneOf("image_transport", image_transport, {"raw", "compressed"});
@@ -28,7 +33,7 @@ void NodeParams::validate() const {
   requireOneOf("decision_source", decision_source, {"auto", "state", "action"});
   requireOneOf("trajectory_format", trajectory_format, {"tum", "kitti"});
   requireFrame("map_frame", map_frame);
-  requireFrame("odom_frame", odom_frame);
+  if (!odom_frame.empty()) requireFrame("odom_frame", odom_frame);
   requireFrame("base_frame", base_frame);
 }
 

@@ -24,7 +24,7 @@ void OdometryPublisher::publish(const OdometrySample& sample, const Twist& twist
   quality_publisher_.publish(qualityToMessage(sample));
   nav_msgs::Odometry message;
   message.header.stamp = stampToRos(sample.stamp);
-  message.header.frame_id = params_.odom_frame;
+  message.header.frame_id = params_.odomFrame();
   message.child_frame_id = params_.base_frame;
   message.pose.pose = poseToMessage(*sample.pose);
   message.twist.twist.linear.x = sample.speed;

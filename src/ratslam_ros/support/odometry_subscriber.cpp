@@ -46,6 +46,8 @@ void OdometrySubscriber::onQuality(const ratslam_ros::OdometryQuality& message) 
 
 void OdometrySubscriber::onSample(const nav_msgs::Odometry& message) {
   watch_.messageArrived();
+  frame_ = message.header.frame_id;
+  if (!frame_.empty() && frame_.front() == '/') frame_.erase(0, 1);
   if (!with_quality_) with_quality_ = isPublished(watch_.topic() + "_quality");
   samples_.push_back(odometryFromMessage(message));
   drain(*with_quality_);

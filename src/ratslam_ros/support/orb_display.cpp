@@ -1,8 +1,6 @@
 #include "ratslam_ros/support/orb_display.h"
 
 #include <cv_bridge/cv_bridge.h>
-#include <diagnostic_msgs/DiagnosticArray.h>
-#include <ros/this_node.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
@@ -28,21 +26,12 @@ const char* nameOf(OrbState state) {
   return "";
 }
 
-template <class Value>
-diagnostic_msgs::KeyValue keyValue(const char* key, const Value& value) {
-  diagnostic_msgs::KeyValue message;
-  message.key = key;
-  message.value = std::to_string(value);
-  return message;
-}
-
 }  // namespace
 
-OrbDisplay::OrbDisplay(ros::NodeHandle& handle, const NodeParams& params) : odom_frame_(params.odom_frame) {
+OrbDisplay::OrbDisplay(const NodeParams& params) : odom_frame_(params.odomFrame()) {
   ros::NodeHandle private_handle("~");
   debug_image_ = private_handle.advertise<sensor_msgs::Image>("debug_image", 1);
   landmarks_ = private_handle.advertise<sensor_msgs::PointCloud2>("landmarks", 1);
-  diagnostics_ = handle.advertise<diagnostic_msgs::DiagnosticArray>("diagnostics", 10);
 }
 
 void OrbDisplay::show(const std_msgs::Header& header, const cv::Mat& image, const CameraModel& camera,
@@ -80,33 +69,24 @@ void OrbDisplay::publishLandmarks(const std_msgs::Header& header, const OrbOdome
   landmarks_.publish(cloud);
 }
 
-void OrbDisplay::publishStatus(const OrbOdometry* odometry) {
-  diagnostic_msgs::DiagnosticStatus status;
-  status.name = ros::this_node::getName() + ": visual odometry";
+void OrbDisplay::describe(DiagnosticStatus& status, const OrbOdometry* odometry) {
   if (odometry == nullptr) {
-    status.level = diagnostic_msgs::DiagnosticStatus::ERROR;
-    status.message = "no calibration";
+    status.summary(DiagnosticStatus::ERROR, "no calibration");
   } else if (!last_) {
-    status.level = diagnostic_msgs::DiagnosticStatus::STALE;
-    status.message = "no images";
+    status.summary(DiagnosticStatus::STALE, "no images");
   } else {
     const bool works = last_->state == OrbState::kTracking || last_->state == OrbState::kInitialising;
-    status.level = works ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::WARN;
-    status.message = nameOf(last_->state);
-    status.values = {keyValue("tracked points", last_->tracked_points),
-                     keyValue("keyframes", last_->keyframes),
-                     keyValue("landmarks", last_->landmarks),
-                     keyValue("restarts", odometry->restarts()),
-                     keyValue("images", images_),
-                     keyValue("mean ms per image", images_ > 0 ? 1e3 * summed_s_ / images_ : 0.0),
-                     keyValue("slowest image [ms]", 1e3 * slowest_s_)};
+    status.summary(works ? DiagnosticStatus::OK : DiagnosticStatus::WARN, nameOf(last_->state));
+    status.add("tracked points", last_->tracked_points);
+    status.add("keyframes", last_->keyframes);
+    status.add("landmarks", last_->landmarks);
+    status.add("restarts", odometry->restarts());
+    status.add("images", images_);
+    status.add("mean ms per image", images_ > 0 ? 1e3 * summed_s_ / images_ : 0.0);
+    status.add("slowest image [ms]", 1e3 * slowest_s_);
   }
   slowest_s_ = summed_s_ = 0.0;
   images_ = 0;
-  diagnostic_msgs::DiagnosticArray message;
-  message.header.stamp = ros::Time::now();
-  message.status.push_back(status);
-  diagnostics_.publish(message);
 }
 
 }  // namespace ratslam

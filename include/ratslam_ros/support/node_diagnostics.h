@@ -1,0 +1,48 @@
+/// A node's state on /diagnostics, once a second, by diagnostic_updater: what each part of it says, and its memory.
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+
+#include <functional>
+#include <string>
+
+#include "ratslam/experience_map/experience_graph.h"
+#include "ratslam_ros/support/image_subscriber.h"
+
+namespace ratslam {
+
+using DiagnosticStatus = diagnostic_updater::DiagnosticStatusWrapper;
+
+/// Events a second, from a count that only grows, between two looks at it.
+class RateMeter {
+ public:
+  double perSecond(std::size_t count);
+
+ private:
+  ros::WallTime looked_at_;
+  std::size_t count_ = 0;
+};
+
+class NodeDiagnostics {
+ public:
+  explicit NodeDiagnostics(const ros::NodeHandle& handle);
+
+  /// @param name  of the part   @param describe  sets level, words and values
+  void add(const std::string& name, std::function<void(DiagnosticStatus&)> describe);
+  /// The stream of images: rate, drops, delay, age. A warning where images were dropped or skipped lately.
+  void addImages(const ImageSubscriber& images);
+
+  /// To be called once a second of wall time.
+  void publish() { updater_.force_update(); }
+
+ private:
+  diagnostic_updater::Updater updater_;
+};
+
+/// How large the map is.
+void describeMap(DiagnosticStatus& status, const ExperienceGraph& graph);
+
+/// Physical memory of this process [MB]; 0 where the system does not say.
+double residentMegabytes();
+
+}  // namespace ratslam

@@ -1,0 +1,132 @@
+#include "ratslam/system/pipeline.h"
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <stdexcept>
+
+#include "conversions.h"
+#include "module.h"
+#include "ratslam/odometry/registry.h"
+#include "ratslam/system/image_stage.h"
+
+namespace ratslam::python {
+namespace {
+
+PipelineParams pipelineParams(const py::kwargs& keywords) {
+  const ParameterMap map = parametersOf(keywords);
+  map.rejectUnknown(PipelineParams::knownKeys());
+  return PipelineParams::fromMap(map);
+}
+
+/// The whole system, and what happens to an image before any model sees it.
+struct System {
+  PipelineParams params;
+  std::unique_ptr<Pipeline> pipeline;
+  std::unique_ptr<ImageStage> images;
+  std::string told;  ///< about the last image
+
+  System(const std::string& odometry, const py::kwargs& keywords) : params(pipelineParams(keywords)) {
+    std::unique_ptr<OdometrySource> source;
+    const std::optional<CameraModel> camera = params.camera.model();
+    if (odometry != "external") {
+      const OdometryRegistry registry = standardOdometry();
+      const OdometryKind& kind = registry.find(odometry);
+      if (kind.origin != OdometryOrigin::kImages) {
+        throwBadValue("odometry", odometry,
+                      "it must be one that is made of images, or external for add_odometry");
+      }
+      if (kind.needs_camera && !camera) {
+        throwBadValue("odometry", odometry,
+                      "it needs the camera: set camera_fx, camera_fy, camera_cx, camera_cy, "
+                      "camera_width_px and camera_height_px");
+      }
+      source = params.odometry.make(kind, camera);
+    }
+    pipeline = std::make_unique<Pipeline>(params, std::move(source), camera);
+    images = std::make_unique<ImageStage>(params.images,
+                                          [this](ImageEvent, const std::string& text) { told = text; });
+  }
+};
+
+py::dict dictionaryOf(const Pipeline::Progress& progress, const std::string& told) {
+  py::list actions;
+  py::list estimates;
+  for (const PoseCellDecision& decision : progress.decisions) {
+    actions.append(decision.action);
+    estimates.append(decision.estimate);
+  }
+  py::dict dictionary;
+  dictionary["views"] = py::cast(progress.views);
+  dictionary["actions"] = actions;
+  dictionary["estimates"] = estimates;
+  dictionary["mapped"] = py::cast(progress.mapped);
+  dictionary["told"] = told;
+  return dictionary;
+}
+
+py::dict addImage(System& system, const py::object& stamp, const py::array& array) {
+  system.told.clear();
+  const DecodedImage image{stampFrom(stamp), "the image", imageFrom(array), ""};
+  const std::optional<ImageFrame> frame = system.images->add(image);
+  if (!frame) return dictionaryOf({}, system.told);
+  const Pipeline::Progress progress = system.pipeline->addImage(*frame);
+  for (const std::string& refusal : progress.refusals) system.images->refused(image.name, refusal);
+  return dictionaryOf(progress, system.told);
+}
+
+py::dict addOdometry(System& system, const py::object& stamp, double speed, double yaw_rate) {
+  OdometrySample sample;
+  sample.stamp = stampFrom(stamp);
+  sample.speed = speed;
+  sample.yaw_rate = yaw_rate;
+  return dictionaryOf(system.pipeline->addOdometry(sample), "");
+}
+
+py::array_t<double> activityOf(const ActivityGrid& grid) {
+  return py::array_t<double>({grid.nTh(), grid.nXy(), grid.nXy()}, grid.data());
+}
+
+}  // namespace
+
+void bindPipeline(py::module& module) {
+  py::class_<System>(module, "Pipeline",
+                     R"(The whole system over images, and odometry where that comes from outside.
+
+Pipeline(odometry="profile" | "orb" | "external", parameters by name). The results are those of ratslam_run, to the last
+bit.)")
+      .def(py::init([](const std::string& odometry, const py::kwargs& keywords) {
+             return std::make_unique<System>(odometry, keywords);
+           }),
+           py::arg("odometry") = "profile")
+      .def_property_readonly("parameters", [](const System& s) { return dictionaryOf(s.params); })
+      .def("add_image", &addImage, py::arg("stamp"), py::arg("image"),
+           "An image: (rows, columns) grey or (rows, columns, 3) BGR. Returns what it has set in motion: "
+           "views, "
+           "actions, estimates, mapped (stamps), and what there is to say about the image.")
+      .def("add_odometry", &addOdometry, py::arg("stamp"), py::arg("speed"), py::arg("yaw_rate"),
+           "Motion since the sample before: [m/s] forward, [rad/s] counter-clockwise.")
+      .def_property_readonly(
+          "activity", [](const System& s) { return activityOf(s.pipeline->poseCells().cells().activity()); },
+          "Of the pose cells, (heading, y, x), a copy.")
+      .def_property_readonly("estimate",
+                             [](const System& s) { return s.pipeline->poseCells().cells().estimate(); })
+      .def_property_readonly("templates", [](const System& s) { return s.pipeline->localView().size(); })
+      .def(
+          "template",
+          [](const System& s, std::uint32_t id) {
+            return arrayFrom(s.pipeline->localView().templateImage(id));
+          },
+          py::arg("id"))
+      .def_property_readonly(
+          "experiences", [](const System& s) { return experiencesOf(s.pipeline->map().graph()); },
+          "(experiences, 5): x, y, z [m], yaw [rad], log-scale")
+      .def_property_readonly("links", [](const System& s) { return linksOf(s.pipeline->map().graph()); })
+      .def_property_readonly(
+          "online_trajectory",
+          [](const System& s) { return arrayFrom(s.pipeline->map().onlineTrajectory()); },
+          "(poses, 6): stamp [s], x, y, z [m], yaw [rad], log-scale")
+      .def_property_readonly("final_trajectory",
+                             [](const System& s) { return arrayFrom(s.pipeline->map().finalTrajectory()); });
+}
+
+}  // namespace ratslam::python
