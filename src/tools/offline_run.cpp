@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <iostream>
 
 #include "ratslam/camera/calibration_file.h"
@@ -10,6 +11,7 @@
 #include "ratslam/dataset/odometry_file.h"
 #include "ratslam/odometry/profile/profile_odometry.h"
 #include "ratslam/odometry/registry.h"
+#include "ratslam/version.h"
 
 namespace ratslam {
 namespace {
@@ -31,8 +33,16 @@ std::unique_ptr<Recording> openWithOdometry(const RunOptions& options, const Pip
   recording_options.limits = params.images.limits();
   recording_options.with_odometry = kind.origin == OdometryOrigin::kTopic;
   std::unique_ptr<Recording> recording = openRecording(options.input, recording_options);
-  if (kind.origin != OdometryOrigin::kFile) return recording;
-  return std::make_unique<RecordingWithOdometry>(std::move(recording), readOdometryCsv(options.odometry));
+  if (kind.origin == OdometryOrigin::kFile) {
+    recording =
+        std::make_unique<RecordingWithOdometry>(std::move(recording), readOdometryCsv(options.odometry));
+  }
+  for (std::size_t images = 0; images < options.from_frame;) {
+    const auto item = recording->next();
+    if (!item) throwBadValue("from-frame", options.from_frame, options.input + " has fewer images");
+    if (std::holds_alternative<RecordedImage>(*item)) ++images;
+  }
+  return recording;
 }
 
 std::unique_ptr<Pipeline> makePipeline(const RunOptions& options, const PipelineParams& params,
@@ -45,6 +55,13 @@ std::unique_ptr<Pipeline> makePipeline(const RunOptions& options, const Pipeline
   std::unique_ptr<OdometrySource> source;
   if (kind.origin == OdometryOrigin::kImages) source = params.odometry.make(kind, camera);
   return std::make_unique<Pipeline>(params, std::move(source), camera);
+}
+
+std::optional<Stamp> stampOfNextImage(Recording& recording) {
+  while (const auto item = recording.next()) {
+    if (const auto* image = std::get_if<RecordedImage>(&*item)) return image->stamp;
+  }
+  return std::nullopt;
 }
 
 SnapshotMoments chooseMoments(const RunOptions& options, std::size_t frames) {
@@ -69,22 +86,74 @@ OfflineRun::OfflineRun(const RunOptions& options)
   recording_ = openWithOdometry(options, params_, kind);
   for (const std::string& remark : recording_->remarks()) say(remark);
   pipeline_ = makePipeline(options, params_, kind, *recording_);
-  snapshots_ = PoseCellSnapshots(chooseMoments(options, totalFrames()));
+  // A run that is to be continued, or is, keeps what one run over the whole recording would have kept.
+  const bool in_parts = !options.save_map.empty() || !options.load_map.empty();
+  snapshots_ = PoseCellSnapshots(chooseMoments(options, in_parts ? recording_->imageCount() : totalFrames()));
   if (options.pose_cells_every > 0) cells_.emplace(options.pose_cells_every);
+  map_parameters_ = parameterTexts(params_);
+  map_parameters_["odometry"] = kind.name;
   log_ = std::make_unique<RunLog>(options.out);
+  if (!options.load_map.empty()) loadMap(kind);
+  pipeline_->setLearning(!options.localise_only);
+  if (!options.save_map.empty()) {
+    map_lock_ = std::make_unique<MapLock>(options.save_map);
+    map_writer_ = std::make_unique<MapWriter>(options.save_map);
+  }
   if (!options.video.empty()) {
     video_ =
         std::make_unique<RunVideo>(options.video, params_.odometry.of<ProfileOdometryParams>().camera_hz);
   }
 }
 
+void OfflineRun::loadMap(const OdometryKind& kind) {
+  const MapCheckpoint map = loadMapFile(options_.load_map);
+  requireParameters(options_.load_map, map, map_parameters_);
+  const std::optional<Stamp> next = stampOfNextImage(*openWithOdometry(options_, params_, kind));
+  const double gap = next ? secondsBetween(map.stamp, *next) : 0.0;
+  const bool has_run = map.state.hasChild("run");  // a pruned map has none
+  const bool go_on = has_run && gap > 0.0 && gap <= params_.images.time_reset;
+  pipeline_->load(map.state, go_on);
+  sessions_ = map.sessions;
+  if (has_run) log_->load(map.state.child("run").child("log"));
+  if (go_on) {
+    const State& run = map.state.child("run");
+    images_.load(run.child("images"));
+    snapshots_.load(run.child("snapshots"), pipeline_->poseCells().cells());
+    run.get("span", span_);
+  } else {
+    say(options_.load_map + ": this recording does not follow it: a new stretch begins in its map");
+  }
+}
+
+bool OfflineRun::saveMap() const {
+  if (!map_writer_ || !last_stamp_) return true;
+  MapCheckpoint map;
+  map.stamp = *last_stamp_;
+  map.parameters = map_parameters_;
+  map.sessions = sessions_;
+  map.sessions.push_back({version(), first_stamp_.value_or(map.stamp), map.stamp});
+  try {
+    pipeline_->save(map.state);
+    State& run = map.state.child("run");
+    log_->save(run.child("log"));
+    images_.save(run.child("images"));
+    snapshots_.save(run.child("snapshots"));
+    run.set("span", span_);
+    map_writer_->save(map);
+    return true;
+  } catch (const std::exception& e) {  // the results are written all the same
+    say(std::string("the map is not saved: ") + e.what());
+    return false;
+  }
+}
+
 std::size_t OfflineRun::totalFrames() const {
-  const std::size_t all = recording_->imageCount();
+  const std::size_t all = recording_->imageCount() - std::min(options_.from_frame, recording_->imageCount());
   return options_.max_frames == 0 ? all : std::min(options_.max_frames, all);
 }
 
 bool OfflineRun::wanted() const {
-  return !stopRequested() && (options_.max_frames == 0 || images_.counts().images < options_.max_frames);
+  return !stopRequested() && (options_.max_frames == 0 || taken_ < options_.max_frames);
 }
 
 bool OfflineRun::run() {
@@ -101,7 +170,7 @@ bool OfflineRun::run() {
           follow(pipeline_->addOdometry(*sample));
         } else {
           addImage(std::get<DecodedImage>(*item));
-          bar.update(images_.counts().images);
+          bar.update(++taken_);
         }
       }
     } catch (const std::exception& e) {
@@ -110,13 +179,16 @@ bool OfflineRun::run() {
     decoding_seconds = items.decodingSeconds();
   }
   if (!failure.empty()) say("ended in the middle: " + failure);
+  const bool kept = saveMap();
   finish(decoding_seconds);
   sayWhatWasLeft();
   const bool empty = nothingCameOfIt();
-  return failure.empty() && !empty;
+  return failure.empty() && !empty && kept;
 }
 
 void OfflineRun::addImage(const DecodedImage& image) {
+  last_stamp_ = image.stamp;
+  if (!first_stamp_) first_stamp_ = image.stamp;
   const std::optional<ImageFrame> frame = images_.add(image);
   if (!frame) return;
   const Pipeline::Progress progress = pipeline_->addImage(*frame);

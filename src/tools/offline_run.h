@@ -3,11 +3,14 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "ratslam/system/image_stage.h"
+#include "ratslam/system/map_store.h"
 #include "ratslam/system/odometry_span.h"
 #include "ratslam/system/pose_cell_snapshots.h"
 #include "ratslam/system/run_log.h"
@@ -27,6 +30,9 @@ class OfflineRun {
   bool run();
 
  private:
+  void loadMap(const OdometryKind& kind);
+  /// @return whether there is nothing to save, or it is saved; else it has been said why not
+  bool saveMap() const;
   void addImage(const DecodedImage& image);
   void follow(const Pipeline::Progress& progress);
   void finish(double decoding_seconds);
@@ -39,6 +45,13 @@ class OfflineRun {
   PipelineParams params_;
   std::unique_ptr<Recording> recording_;
   std::unique_ptr<Pipeline> pipeline_;
+  std::map<std::string, std::string> map_parameters_;
+  std::vector<MapSession> sessions_;  ///< before this run
+  std::unique_ptr<MapLock> map_lock_;
+  std::unique_ptr<MapWriter> map_writer_;
+  std::optional<Stamp> first_stamp_;
+  std::optional<Stamp> last_stamp_;
+  std::size_t taken_ = 0;  ///< images of this run
   std::array<bool, kImageEvents> said_{};
   ImageStage images_;
   OdometrySpan span_;

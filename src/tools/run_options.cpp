@@ -60,6 +60,14 @@ po::options_description describe(RunOptions& options) {
       "ones");
   add("set", po::value(&options.assignments)->composing(), "key=value, overrides the configuration");
   add("max-frames", po::value<long long>()->default_value(0), "stop after so many images");
+  add("from-frame", po::value<long long>()->default_value(0),
+      "begin with this image, counted from 0, and the odometry behind the one before it");
+  add("save-map", po::value(&options.save_map), "write the map to this file at the end (docs/map_file.md)");
+  add("load-map", po::value(&options.load_map),
+      "go on in the map of this file: where the saved run ended, if the first image follows its last within "
+      "time_reset, else on a new stretch");
+  visible.add_options()("localise-only", po::bool_switch(&options.localise_only),
+                        "learn nothing: only find places of the map of --load-map");
   add("video", po::value(&options.video),
       ".mp4 or .avi file to show the run in: views and templates, pose cells, map; at camera_hz");
   add("pose-cells-at", po::value(&options.pose_cells_at),
@@ -107,6 +115,12 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
   const auto most = values["max-frames"].as<long long>();
   if (most < 0) throwBadValue("--max-frames", most, "it must be 0 (all) or above");
   options.max_frames = static_cast<std::size_t>(most);
+  const auto from = values["from-frame"].as<long long>();
+  if (from < 0) throwBadValue("--from-frame", from, "it must be 0 or above");
+  options.from_frame = static_cast<std::size_t>(from);
+  if (options.localise_only && (options.load_map.empty() || !options.save_map.empty())) {
+    throw std::invalid_argument("--localise-only needs --load-map and has nothing for --save-map");
+  }
   if (options.decode_threads < 1 || options.decode_threads > kMostDecodeThreads) {
     throwBadValue("--decode-threads", options.decode_threads,
                   "it must lie within [1, " + std::to_string(kMostDecodeThreads) + "]");

@@ -21,6 +21,10 @@ struct RunOptions {
   std::string pose_cells_at;         ///< times of snapshots [s]; empty: spread evenly
   std::vector<std::string> assignments;
   std::size_t max_frames = 0;  ///< 0: all
+  std::size_t from_frame = 0;  ///< images before it are passed over
+  std::string save_map;        ///< map file to write at the end; empty: none
+  bool localise_only = false;  ///< learn nothing
+  std::string load_map;        ///< map file to go on from; empty: none
   RecordingOptions recording;
   int decode_threads = 2;
 };

@@ -94,6 +94,9 @@ class ExperienceMap {
   /// active or has been reached.
   std::vector<MapPose> pathToGoal() const;
 
+  /// Whether actions change the map; else recalls only place the robot in it, and no experience is created.
+  void setLearning(bool learning) { learning_ = learning; }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit
   void load(const State& state);
@@ -101,12 +104,15 @@ class ExperienceMap {
  private:
   void checkAction(const TopologicalAction& action, const RecallGeometry* geometry) const;
   void create(const RecallGeometry* geometry);
+  /// Places the robot at the recalled experience without a change of the map.
+  void locate(const TopologicalAction& action);
   void recall(const TopologicalAction& action, const RecallGeometry* geometry);
   Link measuredLink(std::uint32_t to, double relative_rad) const;
   MapPose framePose(std::uint32_t frame) const;
   void record();
 
   ExperienceMapParams params_;
+  bool learning_ = true;
   ExperienceGraph graph_;
   std::unique_ptr<MapSolver> solver_;
   Trajectory trajectory_;

@@ -68,6 +68,9 @@ class LocalViewCells {
   /// own.
   void acceptAnotherSize() { image_size_ = cv::Size(); }
 
+  /// Whether views that are not recalled are learned; else they make no view cell active (kNoView).
+  void setLearning(bool learning) { learning_ = learning; }
+
   /// Number of view cells, equal to the number of learned templates.
   std::size_t size() const { return pair_.matcher->size(); }
 
@@ -107,6 +110,7 @@ class LocalViewCells {
   static double turnOf(const View& view, const PlaceClaim& claim, const ViewMatch& match);
 
   LocalViewParams params_;
+  bool learning_ = true;
   ViewPair pair_;
   PlaceBelief belief_;
   cv::Size image_size_;                  // of all images, empty before the first

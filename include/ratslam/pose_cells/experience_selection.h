@@ -36,6 +36,9 @@ class ExperienceSelector {
   /// How many experiences there are.
   std::size_t size() const { return experiences_.size(); }
 
+  /// Whether step 1 and 2 may create an experience; else the current one stays where they would.
+  void setLearning(bool learning) { learning_ = learning; }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing
   void load(const State& state);
@@ -67,6 +70,7 @@ class ExperienceSelector {
   std::uint32_t create(const ViewEvent& view, const PoseCellEstimate& estimate);
 
   PoseCellParams params_;
+  bool learning_ = true;
   std::vector<Experience> experiences_;  ///< by id
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> of_view_;
   std::uint32_t current_ = 0;

@@ -50,6 +50,9 @@ class PoseCells {
   /// How many experiences have been created.
   std::size_t experiences() const { return selector_.size(); }
 
+  /// Whether places may become experiences; else only known ones become current.
+  void setLearning(bool learning) { selector_.setLearning(learning); }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters
   void load(const State& state);

@@ -27,6 +27,8 @@
 
 namespace ratslam {
 
+class State;
+
 struct ImageStageParams {
   double time_reset = 1.0;
   int image_max_pixels = 50000000;
@@ -90,6 +92,10 @@ class ImageStage {
   void refused(const std::string& name, const std::string& why);
 
   const ImageCounts& counts() const { return counts_; }
+
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit the parameters
+  void load(const State& state);
 
  private:
   void tell(ImageEvent event, const std::string& text);

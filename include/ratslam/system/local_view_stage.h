@@ -22,6 +22,8 @@
 
 namespace ratslam {
 
+class State;
+
 /// What a frame gave.
 struct ViewObservation {
   ViewEvent view;
@@ -57,6 +59,10 @@ class LocalViewStage {
 
   std::size_t waitingImages() const { return gate_.size(); }
   const LocalViewCells& cells() const { return cells_; }
+
+
+  /// Whether views that are not recalled are learned; else they make no view cell active.
+  void setLearning(bool learning) { cells_.setLearning(learning); }
 
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters

@@ -55,6 +55,14 @@ class MapStage {
   /// Experiences that were recalled and had to be created.
   std::size_t recreated() const { return recreated_; }
 
+  /// Forgets what the streams have brought: what comes next is another drive, or another part of this one.
+  /// How the robot got there is not known: it begins a new stretch, which joins the others once something
+  /// known is recalled.
+  void interrupt();
+
+  /// Whether the map may change; else recalls only say where the robot is in it.
+  void setLearning(bool learning) { map_.setLearning(learning); }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit
   void load(const State& state);
@@ -72,6 +80,8 @@ class MapStage {
   std::vector<std::uint32_t> experience_of_;  ///< number in the map of each number in the pose cells
   std::uint64_t recreated_ = 0;
   bool wait_for_geometry_;
+  bool use_height_;
+  OdometryStreamParams stream_;
   EventGate<TopologicalAction> gate_;
   std::map<Stamp, RecallGeometry> geometry_;
   bool started_ = false;

@@ -20,6 +20,14 @@ class OdometrySpan {
   /// "812 of 900 images lie outside the odometry's time: it is 3600.2 s behind"; none where all lie inside
   std::optional<std::string> complaint() const;
 
+  /// What it knows, for common/state.h.
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("views", views_);
+    fields("first", first_);
+    fields("last", last_);
+  }
+
  private:
   std::vector<Stamp> views_;
   std::optional<Stamp> first_;

@@ -25,6 +25,8 @@
 
 namespace ratslam {
 
+class State;
+
 /// The parameters of all models.
 struct PipelineParams {
   LocalViewParams local_view;
@@ -101,6 +103,19 @@ class Pipeline {
   const std::string& firstAbsurdity() const { return first_absurdity_; }
   /// Stretches of odometry that nobody measured.
   std::size_t unmeasuredStretches() const { return pose_cells_.odometry().unmeasured(); }
+
+  /// What comes next is another drive, or another part of this one: a new stretch begins in the same map.
+  void interrupt();
+
+  /// Whether anything is learned; else the robot only finds its place in what is known.
+  void setLearning(bool learning);
+
+  /// Everything that the results of later calls depend on.
+  void save(State& state) const;
+  /// @param go_on  the recording goes on where the saved one ended; else interrupt() is called, and the
+  /// odometry starts anew
+  /// @throws std::runtime_error naming what is missing or does not fit the parameters
+  void load(const State& state, bool go_on);
 
  private:
   void track(const ImageFrame& frame, Progress& progress);

@@ -30,6 +30,10 @@ class PoseCellSnapshots {
 
   std::size_t size() const { return snapshots_.size(); }
 
+  /// The moments are the caller's; what was kept at those that have passed is saved.
+  void save(State& state) const;
+  void load(const State& state, const PoseCells& cells);
+
   /// CSV: stamp,layer,row,column,activity: a line a cell that holds at least a millionth of the activity, in
   /// the order of stamps, layers, rows and columns. @throws std::runtime_error naming the file
   void write(const std::string& path) const;

@@ -23,7 +23,7 @@ struct PoseCellDecision {
 class PoseCellStage {
  public:
   explicit PoseCellStage(const PoseCellParams& params, const OdometryStreamParams& stream = {})
-      : cells_(params), gate_(false, stream) {}
+      : cells_(params), stream_(stream), gate_(false, stream) {}
 
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
   EventVerdict addView(const ViewEvent& view) { return gate_.addEvent(view); }
@@ -48,6 +48,12 @@ class PoseCellStage {
   /// know is forgotten.
   const NumberSession& viewSession() const { return view_session_; }
 
+  /// Forgets what the streams have brought: what comes next is another drive, or another part of this one.
+  void interrupt();
+
+  /// Whether places may become experiences.
+  void setLearning(bool learning) { cells_.setLearning(learning); }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters
   void load(const State& state);
@@ -57,6 +63,7 @@ class PoseCellStage {
 
   PoseCells cells_;
   NumberSession view_session_;
+  OdometryStreamParams stream_;
   EventGate<ViewEvent> gate_;
 };
 

@@ -38,6 +38,11 @@ class RunLog {
 
   void append(const Pipeline::Progress& progress);
 
+  /// All that the files depend on, so that a run which is continued leaves what one run would have left.
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing
+  void load(const State& state);
+
   /// Writes trajectories, map and summary.
   /// @param counts  whatever the runner counted (frames, corrupt images, ...), by name
   /// @param decoding_seconds  spent on decoding images
@@ -52,6 +57,23 @@ class RunLog {
   std::string folder_;
   AtomicFile templates_;
   AtomicFile actions_;
+  /// A line of actions.csv.
+  struct Decision {
+    TopologicalAction action;
+    PoseCellEstimate estimate;
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("action", action);
+      fields("estimate", estimate);
+    }
+  };
+
+  void write(const ViewEvent& view);
+  void write(const Decision& decision);
+
+  std::vector<ViewEvent> views_;
+  std::vector<Decision> decisions_;
   std::vector<OdometrySample> odometry_;
   std::size_t frames_ = 0;
 };

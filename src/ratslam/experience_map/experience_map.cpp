@@ -153,6 +153,7 @@ void ExperienceMap::correct(const OdometryCorrection& correction) {
 
 void ExperienceMap::apply(const TopologicalAction& action, const RecallGeometry* geometry) {
   checkAction(action, geometry);
+  if (!learning_) return locate(action);
   switch (action.kind) {
     case ActionKind::kNone:
       return;
@@ -259,6 +260,16 @@ void ExperienceMap::create(const RecallGeometry* geometry) {
   }
   robot_ = solver_->create(graph_, robot_, geometry);
   current_ = id;
+}
+
+void ExperienceMap::locate(const TopologicalAction& action) {
+  if (action.kind != ActionKind::kCreateEdge && action.kind != ActionKind::kSetNode) return;
+  robot_ = {solver_->frameOf(action.dest_id), Motion{}, false};
+  robot_.motion.pose.yaw = wrapAngle(action.relative_rad);
+  current_ = action.dest_id;
+  current_since_ = *clock_;
+  planner_.update(graph_, *current_, *clock_);
+  record();
 }
 
 void ExperienceMap::recall(const TopologicalAction& action, const RecallGeometry* geometry) {

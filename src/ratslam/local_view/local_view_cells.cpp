@@ -100,13 +100,15 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& 
       if (recalled && geometry->inliers == 0) geometry.reset();
     }
   }
-  if (!recalled) {
+  if (!recalled && !learning_) {
+    event.id = kNoView;
+  } else if (!recalled) {
     event.id = pair_.matcher->add(view);
     event.learned = true;
     if (verifier != nullptr) verifier->learned(stamp, image, event.id);
   }
-  if (params_.believes()) belief_.arrive(event.id);
-  active_ = event.id;
+  if (params_.believes() && event.seen()) belief_.arrive(event.id);
+  active_ = event.seen() ? std::optional<std::uint32_t>(event.id) : std::nullopt;
   geometry_ = geometry;
   view_image_ = pair_.matcher->picture(view);
   return event;

@@ -22,6 +22,7 @@ TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCe
                      distance(view, estimate, experiences_[current_]) > params_.experience_distance;
   if (moved) {
     const std::optional<std::uint32_t> match = nearestOther(view, estimate);
+    if (!match && !learning_) return stay(view.stamp);
     action.kind = match ? ActionKind::kCreateEdge : ActionKind::kCreateNode;
     current_ = match ? *match : create(view, estimate);
   }

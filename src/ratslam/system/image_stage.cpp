@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "ratslam/common/state.h"
+#include "ratslam/common/state_image.h"
 #include "ratslam/system/image_texture.h"
 
 namespace ratslam {
@@ -109,6 +111,41 @@ std::optional<ImageFrame> ImageStage::add(const DecodedImage& image) {
 
 void ImageStage::refused(const std::string& name, const std::string& why) {
   tell(ImageEvent::kUnsuitable, name + ": image skipped: " + why);
+}
+
+void ImageStage::save(State& state) const {
+  const auto number = [](std::size_t count) { return static_cast<std::uint64_t>(count); };
+  std::vector<std::uint64_t> counts{number(counts_.images), number(counts_.used)};
+  for (const std::size_t count : counts_.events) counts.push_back(number(count));
+  state.set("counts", counts);
+  state.set("last_stamp", last_stamp_);
+  state.set("size", std::array<int, 2>{size_.width, size_.height});
+  state.set("used_of_size", number(used_of_size_));
+  state.set("other_size", std::array<int, 2>{other_size_.width, other_size_.height});
+  state.set("others_in_a_row", number(others_in_a_row_));
+  state.set("begins_anew", begins_anew_);
+  state.set("bits", bits_);
+  setImage(state.child("last"), last_);
+}
+
+void ImageStage::load(const State& state) {
+  const auto counts = state.get<std::vector<std::uint64_t>>("counts");
+  if (counts.size() != kImageEvents + 2) {
+    throw std::runtime_error("state " + state.path() + "/counts: there are " + std::to_string(counts.size()));
+  }
+  counts_.images = counts[0];
+  counts_.used = counts[1];
+  std::copy(counts.begin() + 2, counts.end(), counts_.events.begin());
+  const auto size = state.get<std::array<int, 2>>("size");
+  const auto other_size = state.get<std::array<int, 2>>("other_size");
+  size_ = {size[0], size[1]};
+  other_size_ = {other_size[0], other_size[1]};
+  state.get("last_stamp", last_stamp_);
+  used_of_size_ = state.get<std::uint64_t>("used_of_size");
+  others_in_a_row_ = state.get<std::uint64_t>("others_in_a_row");
+  state.get("begins_anew", begins_anew_);
+  state.get("bits", bits_);
+  last_ = getImage(state.child("last"));
 }
 
 bool ImageStage::stampIsUsable(const DecodedImage& image) {

@@ -19,7 +19,11 @@ constexpr std::uint32_t kMostExperiences = 100'000'000;
 
 MapStage::MapStage(const ExperienceMapParams& params, bool wait_for_geometry,
                    const OdometryStreamParams& stream)
-    : map_(params), wait_for_geometry_(wait_for_geometry), gate_(params.exp_height, stream) {}
+    : map_(params),
+      wait_for_geometry_(wait_for_geometry),
+      use_height_(params.exp_height),
+      stream_(stream),
+      gate_(params.exp_height, stream) {}
 
 bool MapStage::addDecision(const TopologicalAction& action) {
   if (gate_.opensNewTime(action.stamp)) drainWithoutWaiting();
@@ -69,6 +73,13 @@ std::vector<std::string> MapStage::takeRefusals() {
   std::vector<std::string> refusals;
   refusals.swap(refusals_);
   return refusals;
+}
+
+void MapStage::interrupt() {
+  gate_ = EventGate<TopologicalAction>(use_height_, stream_);
+  beginnings_ = 0;
+  geometry_.clear();
+  started_ = false;
 }
 
 void MapStage::save(State& state) const {

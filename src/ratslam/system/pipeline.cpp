@@ -3,6 +3,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "ratslam/common/state.h"
 #include "ratslam/odometry/uncertainty.h"
 
 namespace ratslam {
@@ -103,6 +104,42 @@ bool Pipeline::feedOdometry(const OdometrySample& sample) {
     if (!absurdity.empty() && ++absurd_covariances_ == 1) first_absurdity_ = absurdity;
   }
   return !dropped;
+}
+
+void Pipeline::interrupt() {
+  pose_cells_.interrupt();
+  map_.interrupt();
+}
+
+void Pipeline::setLearning(bool learning) {
+  local_view_.setLearning(learning);
+  pose_cells_.setLearning(learning);
+  map_.setLearning(learning);
+}
+
+void Pipeline::save(State& state) const {
+  local_view_.save(state.child("local_view"));
+  pose_cells_.save(state.child("pose_cells"));
+  map_.save(state.child("experience_map"));
+  if (odometry_) odometry_->save(state.child("odometry"));
+  State& counts = state.child("pipeline");
+  counts.set("dropped_odometry", static_cast<std::uint64_t>(dropped_odometry_));
+  counts.set("late_views", static_cast<std::uint64_t>(late_views_));
+  counts.set("absurd_covariances", static_cast<std::uint64_t>(absurd_covariances_));
+  counts.set("first_absurdity", first_absurdity_);
+}
+
+void Pipeline::load(const State& state, bool go_on) {
+  local_view_.load(state.child("local_view"));
+  pose_cells_.load(state.child("pose_cells"));
+  map_.load(state.child("experience_map"));
+  if (odometry_ && go_on) odometry_->load(state.child("odometry"));
+  const State& counts = state.child("pipeline");
+  dropped_odometry_ = counts.get<std::uint64_t>("dropped_odometry");
+  late_views_ = counts.get<std::uint64_t>("late_views");
+  absurd_covariances_ = counts.get<std::uint64_t>("absurd_covariances");
+  counts.get("first_absurdity", first_absurdity_);
+  if (!go_on) interrupt();
 }
 
 void Pipeline::drain(Progress& progress) {

@@ -1,6 +1,7 @@
 #include "ratslam/system/pose_cell_snapshots.h"
 
 #include "ratslam/common/atomic_file.h"
+#include "ratslam/common/state.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/trajectory_io.h"
 
@@ -25,6 +26,31 @@ SnapshotMoments SnapshotMoments::fromTimes(const std::string& text) {
     moments.times.push_back(time);
   }
   return moments;
+}
+
+void PoseCellSnapshots::save(State& state) const {
+  for (std::size_t i = 0; i < snapshots_.size(); ++i) {
+    State& snapshot = state.child("snapshots").child(std::to_string(i));
+    snapshot.set("stamp", snapshots_[i].stamp);
+    snapshots_[i].activity.save(snapshot.child("activity"));
+  }
+  state.set("count", static_cast<std::uint64_t>(snapshots_.size()));
+  state.set("next", static_cast<std::uint64_t>(next_));
+  state.set("decisions", static_cast<std::uint64_t>(decisions_));
+  state.set("start", start_);
+}
+
+void PoseCellSnapshots::load(const State& state, const PoseCells& cells) {
+  snapshots_.clear();
+  const auto count = state.get<std::uint64_t>("count");
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const State& snapshot = state.child("snapshots").child(std::to_string(i));
+    snapshots_.push_back({snapshot.get<Stamp>("stamp"), cells.activity()});
+    snapshots_.back().activity.load(snapshot.child("activity"));
+  }
+  next_ = state.get<std::uint64_t>("next");
+  decisions_ = state.get<std::uint64_t>("decisions");
+  state.get("start", start_);
 }
 
 bool PoseCellSnapshots::momentPasses(Stamp stamp) {

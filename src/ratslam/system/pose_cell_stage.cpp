@@ -27,6 +27,8 @@ std::vector<PoseCellDecision> PoseCellStage::drainWithoutOdometry() {
   return decisions;
 }
 
+void PoseCellStage::interrupt() { gate_ = EventGate<ViewEvent>(false, stream_); }
+
 void PoseCellStage::save(State& state) const {
   state.setVersion(kStateVersion);
   cells_.save(state.child("cells"));

@@ -6,7 +6,9 @@
 #include <memory>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
+#include "ratslam/common/state.h"
 #include "ratslam/dataset/odometry_file.h"
 #include "ratslam/experience_map/map_file.h"
 #include "ratslam/version.h"
@@ -147,15 +149,48 @@ void RunLog::append(const Pipeline::Progress& progress) {
   frames_ += progress.views.size();
   odometry_.insert(odometry_.end(), progress.odometry.begin(), progress.odometry.end());
   for (const ViewEvent& view : progress.views) {
-    templates_.stream() << formatStamp(view.stamp) << ',' << (view.seen() ? std::to_string(view.id) : "-1")
-                        << ',' << view.error << ',' << view.relative_rad << '\n';
+    views_.push_back(view);
+    write(view);
   }
   for (const PoseCellDecision& decision : progress.decisions) {
-    const TopologicalAction& action = decision.action;
-    actions_.stream() << formatStamp(action.stamp) << ',' << static_cast<int>(action.kind) << ','
-                      << action.src_id << ',' << action.dest_id << ',' << decision.estimate.x << ','
-                      << decision.estimate.y << ',' << decision.estimate.th << '\n';
+    decisions_.push_back({decision.action, decision.estimate});
+    write(decisions_.back());
   }
+}
+
+void RunLog::write(const ViewEvent& view) {
+  templates_.stream() << formatStamp(view.stamp) << ',' << (view.seen() ? std::to_string(view.id) : "-1")
+                      << ',' << view.error << ',' << view.relative_rad << '\n';
+}
+
+void RunLog::write(const Decision& decision) {
+  const TopologicalAction& action = decision.action;
+  actions_.stream() << formatStamp(action.stamp) << ',' << static_cast<int>(action.kind) << ','
+                    << action.src_id << ',' << action.dest_id << ',' << decision.estimate.x << ','
+                    << decision.estimate.y << ',' << decision.estimate.th << '\n';
+}
+
+void RunLog::save(State& state) const {
+  state.set("views", views_);
+  state.set("decisions", decisions_);
+  State samples;
+  for (std::size_t i = 0; i < odometry_.size(); ++i) samples.child(std::to_string(i)).write(odometry_[i]);
+  state.set("odometry", samples.toBytes());
+  state.set("samples", static_cast<std::uint64_t>(odometry_.size()));
+  state.set("frames", static_cast<std::uint64_t>(frames_));
+}
+
+void RunLog::load(const State& state) {
+  state.get("views", views_);
+  state.get("decisions", decisions_);
+  const State samples = State::fromBytes(state.get<std::vector<std::uint8_t>>("odometry"));
+  odometry_.assign(state.get<std::uint64_t>("samples"), OdometrySample{});
+  for (std::size_t i = 0; i < odometry_.size(); ++i) {
+    std::as_const(samples).child(std::to_string(i)).read(odometry_[i]);
+  }
+  frames_ = state.get<std::uint64_t>("frames");
+  for (const ViewEvent& view : views_) write(view);
+  for (const Decision& decision : decisions_) write(decision);
 }
 
 void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
@@ -181,9 +216,6 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   count_fields("experiences", static_cast<double>(pipeline.map().graph().experiences().size()));
   count_fields("links", static_cast<double>(pipeline.map().graph().links().size()));
   count_fields("dropped_odometry", static_cast<double>(pipeline.droppedOdometry()));
-  count_fields("absurd_covariances", static_cast<double>(pipeline.absurdCovariances()));
-  count_fields("unmeasured_stretches", static_cast<double>(pipeline.unmeasuredStretches()));
-  count_fields("late_views", static_cast<double>(pipeline.lateViews()));
   count_fields("absurd_covariances", static_cast<double>(pipeline.absurdCovariances()));
   count_fields("unmeasured_stretches", static_cast<double>(pipeline.unmeasuredStretches()));
   count_fields("late_views", static_cast<double>(pipeline.lateViews()));

@@ -3,30 +3,13 @@
 #include <stdexcept>
 
 #include "ratslam/common/state.h"
+#include "ratslam/common/state_image.h"
 #include "ratslam/local_view/recall/recall_geometry_estimator.h"
 
 namespace ratslam {
 namespace {
 
 constexpr std::uint32_t kStateVersion = 1;
-
-/// An image of 8 bits and one channel.
-void setImage(State& state, const cv::Mat& image) {
-  state.set("size", std::array<int, 2>{image.cols, image.rows});
-  state.set("pixels", std::vector<std::uint8_t>(image.begin<std::uint8_t>(), image.end<std::uint8_t>()));
-}
-
-cv::Mat getImage(const State& state) {
-  const auto size = state.get<std::array<int, 2>>("size");
-  const auto pixels = state.get<std::vector<std::uint8_t>>("pixels");
-  if (size[0] < 0 || size[1] < 0 ||
-      pixels.size() != static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1])) {
-    throw std::runtime_error("state " + state.path() + "/pixels: they do not fill the image");
-  }
-  cv::Mat image(size[1], size[0], CV_8U);
-  std::copy(pixels.begin(), pixels.end(), image.begin<std::uint8_t>());
-  return image;
-}
 
 }  // namespace
 

@@ -1,0 +1,181 @@
+#include "map_export.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <limits>
+#include <ostream>
+
+#include "ratslam/common/parameter_map.h"
+#include "ratslam/dataset/trajectory_io.h"
+#include "ratslam/experience_map/experience_map.h"
+#include "ratslam/experience_map/map_file.h"
+#include "ratslam/system/run_log.h"
+
+namespace ratslam {
+namespace {
+
+constexpr double kEquator = 6378137.0;              // WGS 84 [m]
+constexpr double kEccentricity = 6.69437999014e-3;  // squared
+
+const State* find(const State& state, const std::string& path) {
+  const State* found = &state;
+  for (std::size_t begin = 0; begin < path.size();) {
+    const std::size_t end = std::min(path.find('/', begin), path.size());
+    const std::string name = path.substr(begin, end - begin);
+    if (!found->hasChild(name)) return nullptr;
+    found = &found->child(name);
+    begin = end + 1;
+  }
+  return found;
+}
+
+ExperienceGraph graphOf(const MapCheckpoint& map) {
+  const State* state = find(map.state, "experience_map/map/graph");
+  if (state == nullptr) throw std::runtime_error("this file holds no experience map");
+  ExperienceGraph graph;
+  graph.load(*state);
+  return graph;
+}
+
+/// Largest number in a column of numbers that fit 32 bits.
+std::uint32_t largest(const State& table, const std::string& column) {
+  std::uint32_t largest = 0;
+  if (table.rows().value_or(0) == 0) return 0;
+  for (const std::uint32_t number : table.get<std::vector<std::uint32_t>>(column)) {
+    if (number != std::numeric_limits<std::uint32_t>::max()) largest = std::max(largest, number);
+  }
+  return largest;
+}
+
+}  // namespace
+
+std::vector<MapCount> countMap(const MapCheckpoint& map) {
+  std::vector<MapCount> counts;
+  const auto add = [&](const char* name, const char* path) {
+    const State* table = find(map.state, path);
+    if (table != nullptr) counts.push_back({name, static_cast<std::size_t>(table->rows().value_or(0))});
+  };
+  add("templates", "local_view/templates");
+  add("views tied to pose cells", "pose_cells/cells/view_input/view_links");
+  add("experiences of the pose cells", "pose_cells/cells/selector/selection");
+  add("experiences", "experience_map/map/graph/experiences");
+  add("links", "experience_map/map/graph/links");
+  add("pose graph nodes", "experience_map/map/solver/graph/nodes");
+  add("pose graph constraints", "experience_map/map/solver/graph/constraints");
+  add("trajectory samples", "experience_map/map/trajectory/samples");
+  return counts;
+}
+
+std::vector<std::string> faultsOf(const MapCheckpoint& map) {
+  std::vector<std::string> faults;
+  const auto atMost = [&faults](const State* table, const char* column, const State* of, const char* what) {
+    if (table == nullptr || of == nullptr || table->rows().value_or(0) == 0) return;
+    const std::uint32_t number = largest(*table, column);
+    if (number >= of->rows().value_or(0)) {
+      faults.push_back(table->path() + " names " + what + " " + std::to_string(number) + ", but there are " +
+                       std::to_string(of->rows().value_or(0)));
+    }
+  };
+  const State* templates = find(map.state, "local_view/templates");
+  atMost(find(map.state, "pose_cells/cells/view_input/view_links"), "view_id", templates, "template");
+  atMost(find(map.state, "pose_cells/cells/selector/selection"), "view_id", templates, "template");
+  try {
+    if (find(map.state, "experience_map") != nullptr) graphOf(map);  // checks the ends of links
+  } catch (const std::runtime_error& error) {
+    faults.emplace_back(error.what());
+  }
+  return faults;
+}
+
+void exportTum(std::ostream& out, const MapCheckpoint& map) {
+  const State* state = find(map.state, "experience_map/map");
+  if (state == nullptr) throw std::runtime_error("this file holds no experience map");
+  ParameterMap parameters;
+  for (const auto& [key, value] : map.parameters) {
+    if (key.rfind("exp_", 0) == 0 && key.rfind("exp_delta", 0) != 0)
+      parameters.setFromAssignment(key + "=" + value);
+  }
+  ExperienceMapParams params;
+  parameters.read(params);
+  ExperienceMap loaded(params);
+  loaded.load(*state);
+  writeTum(out, toPoses3(loaded.finalTrajectory()));
+}
+
+void exportYaml(std::ostream& out, const MapCheckpoint& map) { writeMap(out, graphOf(map)); }
+
+void exportGraphml(std::ostream& out, const MapCheckpoint& map) {
+  const ExperienceGraph graph = graphOf(map);
+  out << std::setprecision(std::numeric_limits<double>::max_digits10)
+      << "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+         "<graphml xmlns=\"http://graphml.graphdrawing.org/xmlns\">\n";
+  for (const char* name : {"x", "y", "z", "yaw"}) {
+    out << "  <key id=\"" << name << "\" for=\"node\" attr.name=\"" << name << "\" attr.type=\"double\"/>\n";
+  }
+  for (const char* name : {"distance", "heading_rad", "facing_rad", "duration_s"}) {
+    out << "  <key id=\"" << name << "\" for=\"edge\" attr.name=\"" << name << "\" attr.type=\"double\"/>\n";
+  }
+  out << "  <key id=\"recall\" for=\"edge\" attr.name=\"recall\" attr.type=\"boolean\"/>\n"
+         "  <graph id=\"experiences\" edgedefault=\"directed\">\n";
+  const auto data = [&out](const char* key, const auto& value) {
+    out << "<data key=\"" << key << "\">" << value << "</data>";
+  };
+  for (std::size_t id = 0; id < graph.experiences().size(); ++id) {
+    const MapPose& pose = graph.experiences()[id].pose;
+    out << "    <node id=\"" << id << "\">";
+    data("x", pose.x);
+    data("y", pose.y);
+    data("z", pose.z);
+    data("yaw", pose.yaw);
+    out << "</node>\n";
+  }
+  for (const Link& link : graph.links()) {
+    out << "    <edge source=\"" << link.from << "\" target=\"" << link.to << "\">";
+    data("distance", link.distance);
+    data("heading_rad", link.heading_rad);
+    data("facing_rad", link.facing_rad);
+    data("duration_s", link.duration_s);
+    data("recall", link.recall ? "true" : "false");
+    out << "</edge>\n";
+  }
+  out << "  </graph>\n</graphml>\n";
+}
+
+void exportGeojson(std::ostream& out, const MapCheckpoint& map, const MapAnchor& anchor) {
+  const ExperienceGraph graph = graphOf(map);
+  const double latitude = degreesToRadians(anchor.latitude_deg);
+  const double bearing = degreesToRadians(anchor.bearing_deg);
+  const double w = std::sqrt(1.0 - kEccentricity * std::sin(latitude) * std::sin(latitude));
+  const double north_radius = kEquator * (1.0 - kEccentricity) / (w * w * w);
+  const double east_radius = kEquator / w * std::cos(latitude);
+  const auto place = [&](std::uint32_t id) {
+    const MapPose& pose = graph.pose(id);
+    const double north = pose.x * std::cos(bearing) + pose.y * std::sin(bearing);
+    const double east = pose.x * std::sin(bearing) - pose.y * std::cos(bearing);
+    out << '[' << anchor.longitude_deg + east / east_radius * 180.0 / kPi << ", "
+        << anchor.latitude_deg + north / north_radius * 180.0 / kPi << ']';
+  };
+  out << std::setprecision(12) << "{\"type\": \"FeatureCollection\", \"features\": [";
+  const char* separator = "\n";
+  for (std::uint32_t id = 0; id < graph.experiences().size(); ++id) {
+    out << separator << R"({"type": "Feature", "properties": {"experience": )" << id
+        << R"(}, "geometry": {"type": "Point", "coordinates": )";
+    place(id);
+    out << "}}";
+    separator = ",\n";
+  }
+  for (const Link& link : graph.links()) {
+    out << separator << R"({"type": "Feature", "properties": {"recall": )" << (link.recall ? "true" : "false")
+        << R"(, "distance": )" << link.distance
+        << R"(}, "geometry": {"type": "LineString", "coordinates": [)";
+    place(link.from);
+    out << ", ";
+    place(link.to);
+    out << "]}}";
+    separator = ",\n";
+  }
+  out << "\n]}\n";
+}
+
+}  // namespace ratslam

@@ -1,0 +1,151 @@
+// ratslam_map: looks into map files, checks them, and gives what is in them to other programs.
+#include <boost/program_options.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <optional>
+
+#include "map_export.h"
+#include "ratslam/common/atomic_file.h"
+#include "ratslam/dataset/csv.h"
+#include "ratslam/system/map_store.h"
+
+namespace {
+
+using namespace ratslam;
+namespace po = boost::program_options;
+
+const char kUsage[] =
+    "Usage: ratslam_map info FILE          what is in a map file (docs/map_file.md)\n"
+    "       ratslam_map check FILE         whether it is sound; exits with 1 where it is not\n"
+    "       ratslam_map prune FILE -o OUT  the same map without what only the run that made it needs\n"
+    "       ratslam_map export FILE --format tum|yaml|graphml|geojson -o OUT [--anchor=LAT,LON,BEARING]\n"
+    "FILE is what ratslam_run --save-map wrote, or a checkpoint of a node.\n";
+
+struct Options {
+  std::string command;
+  std::string file;
+  std::string out;
+  std::string format;
+  std::string anchor;
+};
+
+std::optional<Options> parse(int argc, char** argv) {
+  Options options;
+  po::options_description visible("Options");
+  visible.add_options()("help,h", "this text")("out,o", po::value(&options.out), "file to write")(
+      "format", po::value(&options.format), "of an export")(
+      "anchor", po::value(&options.anchor),
+      "geojson: LAT,LON,BEARING: latitude and longitude [deg] of the map's origin, and the bearing of its x "
+      "axis, "
+      "clockwise from north [deg]; --anchor=-33.9,151.2,90 where it begins with a minus");
+  po::options_description all;
+  all.add(visible).add_options()("command", po::value(&options.command))("file", po::value(&options.file));
+  po::positional_options_description positional;
+  positional.add("command", 1).add("file", 1);
+  po::variables_map values;
+  const int style = po::command_line_style::default_style ^ po::command_line_style::allow_guessing;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
+            values);
+  po::notify(values);
+  if (values.count("help") != 0) {
+    std::cout << kUsage << visible;
+    return std::nullopt;
+  }
+  if (options.command.empty() || options.file.empty()) {
+    throw std::invalid_argument("a command and a map file are needed; see --help");
+  }
+  return options;
+}
+
+void info(const Options& options) {
+  const MapCheckpoint map = loadMapFile(options.file);
+  std::cout << options.file << ": " << std::filesystem::file_size(options.file) << " bytes, checkpoint at "
+            << map.stamp << " ns, " << map.parameters.size() << " parameters\n";
+  for (const MapSession& session : map.sessions) {
+    std::cout << "session: version " << session.version << ", from " << session.first_stamp << " to "
+              << session.last_stamp << " ns\n";
+  }
+  for (const MapCount& count : countMap(map)) std::cout << count.name << ": " << count.number << '\n';
+}
+
+int check(const Options& options) {
+  const std::vector<std::string> faults = faultsOf(loadMapFile(options.file));
+  for (const std::string& fault : faults) std::cout << options.file << ": " << fault << '\n';
+  if (faults.empty()) std::cout << options.file << ": sound\n";
+  return faults.empty() ? 0 : 1;
+}
+
+void requireOut(const Options& options) {
+  if (options.out.empty()) throw std::invalid_argument(options.command + " needs -o FILE");
+  if (options.out == options.file) throw std::invalid_argument(options.out + ": it is the map itself");
+}
+
+void prune(const Options& options) {
+  requireOut(options);
+  MapCheckpoint map = loadMapFile(options.file);
+  MapCheckpoint pruned = map;
+  pruned.state = State();
+  for (const auto& [name, part] : map.state.children()) {
+    if (name != "run") pruned.state.child(name) = part;
+  }
+  const MapLock lock(options.out);
+  MapWriter(options.out).save(pruned);
+}
+
+MapAnchor parseAnchor(const std::string& text) {
+  std::vector<double> numbers;
+  for (const std::string& word : splitCsv(text)) {
+    if (double number = 0.0; parseNumber(word, number)) numbers.push_back(number);
+  }
+  if (numbers.size() != 3 || !(std::abs(numbers[0]) < 90.0) || !(std::abs(numbers[1]) <= 180.0)) {
+    throw std::invalid_argument("--anchor '" + text + "': it must be LAT,LON,BEARING in degrees");
+  }
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+void exportMap(const Options& options) {
+  requireOut(options);
+  AtomicFile out(options.out);
+  const MapCheckpoint map = loadMapFile(options.file);
+  if (options.format == "tum") {
+    exportTum(out.stream(), map);
+  } else if (options.format == "yaml") {
+    exportYaml(out.stream(), map);
+  } else if (options.format == "graphml") {
+    exportGraphml(out.stream(), map);
+  } else if (options.format == "geojson") {
+    exportGeojson(out.stream(), map, parseAnchor(options.anchor));
+  } else {
+    throw std::invalid_argument("--format " + options.format + ": it must be tum, yaml, graphml or geojson");
+  }
+  out.close();
+  out.commit();
+}
+
+int run(const Options& options) {
+  if (options.command == "check") return check(options);
+  if (options.command == "info") {
+    info(options);
+  } else if (options.command == "prune") {
+    prune(options);
+  } else if (options.command == "export") {
+    exportMap(options);
+  } else {
+    throw std::invalid_argument(options.command + ": there is no such command; see --help");
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const auto options = parse(argc, argv);
+    return options ? run(*options) : 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ratslam_map: " << error.what() << '\n';
+    return 1;
+  }
+}

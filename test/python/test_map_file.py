@@ -1,0 +1,181 @@
+"""A run that is saved, and continued in new processes, leaves what one run leaves; and what a map file refuses."""
+
+import filecmp
+import json
+import os
+import shutil
+import sqlite3
+import subprocess
+
+import pytest
+
+from conftest import SOURCE
+from ratslam_tools.errors import InputError
+from ratslam_tools.runs import runner
+
+FRAMES = 120
+
+
+@pytest.fixture(scope="module")
+def programs():
+    """ratslam_run, ratslam_town and ratslam_map; skips where they are not built."""
+    try:
+        run = runner.find()
+    except InputError as error:
+        pytest.skip(str(error))
+    found = [run] + [os.path.join(os.path.dirname(run), name) for name in ("ratslam_town", "ratslam_map")]
+    for program in found:
+        if not os.path.isfile(program):
+            pytest.skip(f"{program} is absent")
+    return found
+
+
+@pytest.fixture(scope="module")
+def drive(programs, tmp_path_factory):
+    """A short drive through the town, and the words of a run over it."""
+    folder = tmp_path_factory.mktemp("drive")
+    subprocess.run(
+        [programs[1], "--out", folder / "town", "--frames", str(FRAMES), "--size", "320x120"],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    settings = ("--set", "image_crop_y_min=10", "--set", "image_crop_y_max=100", "--set", "vt_match_threshold=0.05")
+    regions = (
+        *("--set", "vrot_image_x_min=100", "--set", "vrot_image_x_max=220", "--set", "vrot_image_y_min=30"),
+        *("--set", "vrot_image_y_max=60", "--set", "vtrans_image_x_min=50", "--set", "vtrans_image_x_max=270"),
+        *("--set", "vtrans_image_y_min=60", "--set", "vtrans_image_y_max=110"),
+    )
+    return [folder / "town", "--config", os.path.join(SOURCE, "config", "kitti.yaml"), *settings, *regions]
+
+
+def call(*words):
+    return subprocess.run(
+        list(map(str, words)),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        universal_newlines=True,
+        check=False,
+    )
+
+
+def succeed(*words):
+    done = call(*words)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def whole(programs, drive, tmp_path_factory):
+    """The uninterrupted run: its folder, and its map."""
+    out = tmp_path_factory.mktemp("whole")
+    succeed(programs[0], *drive, "--out", out / "run", "--save-map", out / "map.db")
+    return out
+
+
+def without_timing(summary):
+    content = json.loads(summary.read_text())
+    del content["timing"]
+    return content
+
+
+@pytest.mark.parametrize("stops", [[1], [37], [60, 61, 100]])
+def test_a_run_in_parts_leaves_what_one_run_leaves(programs, drive, whole, tmp_path, stops):
+    words = []
+    begin = 0
+    for part, end in enumerate(stops + [FRAMES]):
+        out = tmp_path / f"run{part}"
+        words = ["--max-frames", end - begin, "--from-frame", begin]
+        if part:
+            words += ["--load-map", tmp_path / "map.db"]
+        succeed(programs[0], *drive, *words, "--save-map", tmp_path / "map.db", "--out", out)
+        begin = end
+    names = sorted(os.listdir(whole / "run"))
+    assert names == sorted(os.listdir(out))
+    for name in names:
+        if name == "summary.json":
+            assert without_timing(out / name) == without_timing(whole / "run" / name)
+        else:
+            assert filecmp.cmp(out / name, whole / "run" / name, shallow=False), name
+
+
+def test_another_drive_goes_on_in_the_same_map(programs, drive, whole, tmp_path):
+    before = sqlite3.connect(str(whole / "map.db")).execute("SELECT count(*) FROM template").fetchone()[0]
+    done = succeed(
+        programs[0], *drive, "--load-map", whole / "map.db", "--save-map", tmp_path / "both.db", "--out", tmp_path / "run"
+    )
+    assert "a new stretch begins" in done.stderr
+    after = sqlite3.connect(str(tmp_path / "both.db")).execute("SELECT count(*) FROM template").fetchone()[0]
+    assert before <= after <= before + 3, "the same images are recalled, not learned again"
+
+
+def test_localising_learns_nothing(programs, drive, whole, tmp_path):
+    shutil.copy(whole / "map.db", tmp_path / "map.db")
+    done = succeed(
+        programs[0], *drive, "--load-map", tmp_path / "map.db", "--localise-only", "--out", tmp_path / "run"
+    )
+    assert filecmp.cmp(whole / "map.db", tmp_path / "map.db", shallow=False)
+    counts = [json.loads((out / "run" / "summary.json").read_text())["counts"] for out in (whole, tmp_path)]
+    for name in ("templates", "experiences", "links"):
+        assert counts[0][name] == counts[1][name], name
+    assert done.returncode == 0
+
+
+@pytest.mark.parametrize(
+    "spoil, complaint",
+    [
+        (lambda path: path.unlink(), "there is no such map file"),
+        (lambda path: path.write_bytes(b"SQLite? no"), "it is not a map file"),
+        (lambda path: os.truncate(path, path.stat().st_size // 2), "it is damaged"),
+    ],
+)
+def test_a_spoilt_map_is_refused_in_one_line(programs, drive, whole, tmp_path, spoil, complaint):
+    path = tmp_path / "map.db"
+    shutil.copy(whole / "map.db", path)
+    spoil(path)
+    done = call(programs[0], *drive, "--load-map", path, "--out", tmp_path / "run")
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert f"{path}: {complaint}" in done.stderr, done.stderr
+    assert call(programs[2], "check", path).returncode == 1
+
+
+def test_other_parameters_are_refused_by_name(programs, drive, whole, tmp_path):
+    done = call(
+        programs[0], *drive, "--load-map", whole / "map.db", "--out", tmp_path / "run", "--set", "pc_dim_xy=40"
+    )
+    assert done.returncode == 1
+    assert "made with pc_dim_xy = 30, but it is 40 now" in done.stderr
+
+
+def test_tools_read_what_is_in_a_map(programs, whole, tmp_path):
+    ratslam_map = programs[2]
+    assert "sound" in succeed(ratslam_map, "check", whole / "map.db").stdout
+    assert "templates: " in succeed(ratslam_map, "info", whole / "map.db").stdout
+    for form, name in (("yaml", "map.yaml"), ("tum", "trajectory_final.tum")):
+        succeed(ratslam_map, "export", whole / "map.db", "--format", form, "-o", tmp_path / name)
+        if form == "yaml":
+            assert filecmp.cmp(tmp_path / name, whole / "run" / name, shallow=False)
+    succeed(ratslam_map, "export", whole / "map.db", "--format", "graphml", "-o", tmp_path / "map.graphml")
+    networkx = pytest.importorskip("networkx")
+    graph = networkx.read_graphml(str(tmp_path / "map.graphml"))
+    rows = sqlite3.connect(str(whole / "map.db"))
+    assert len(graph.nodes) == rows.execute("SELECT count(*) FROM experience").fetchone()[0]
+
+
+def test_geojson_lies_about_its_anchor(programs, whole, tmp_path):
+    path = tmp_path / "map.geojson"
+    words = ("--format", "geojson", "--anchor=49.0,8.4,90", "-o", path)
+    succeed(programs[2], "export", whole / "map.db", *words)
+    content = json.loads(path.read_text())
+    assert content["type"] == "FeatureCollection" and content["features"]
+    for feature in content["features"]:
+        assert feature["type"] == "Feature" and feature["geometry"]["type"] in ("Point", "LineString")
+        place = feature["geometry"]["coordinates"]
+        longitude, latitude = place if feature["geometry"]["type"] == "Point" else place[0]
+        assert abs(longitude - 8.4) < 0.02 and abs(latitude - 49.0) < 0.02
+
+
+def test_a_pruned_map_is_smaller_and_sound(programs, whole, tmp_path):
+    succeed(programs[2], "prune", whole / "map.db", "-o", tmp_path / "small.db")
+    assert (tmp_path / "small.db").stat().st_size < (whole / "map.db").stat().st_size
+    succeed(programs[2], "check", tmp_path / "small.db")
