@@ -9,6 +9,7 @@
 #include "ratslam/system/local_view_stage.h"
 #include "ratslam_ros/support/calibrated_images.h"
 #include "ratslam_ros/support/lazy_picture.h"
+#include "ratslam_ros/support/node_checkpoints.h"
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
@@ -21,15 +22,21 @@ class LocalViewNode {
   /// @throws std::invalid_argument for bad parameters
   LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters);
 
+  /// Writes what it has learned; to be called when the node ends.
+  void finish();
+
  private:
   CalibratedImages::CameraHandler cameraHandler();
   void start();
+  void resume();
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);
   void watch();
   void publish(const std::vector<ViewObservation>& observations);
 
   NodeParams params_;
   LocalViewStage stage_;
+  NodeCheckpoints checkpoints_;
+  NumberSession session_;
   std::vector<ros::Publisher> outputs_;  ///< templates and, where recalls are verified, geometry
   LazyPicture picture_;
   OdometrySubscriber odometry_;
@@ -41,6 +48,7 @@ class LocalViewNode {
   NodeDiagnostics diagnostics_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
+  ros::WallTimer diagnostics_timer_;
 };
 
 }  // namespace ratslam

@@ -13,6 +13,7 @@
 #include "ratslam_ros/support/decision_source.h"
 #include "ratslam_ros/support/map_publisher.h"
 #include "ratslam_ros/support/message_guard.h"
+#include "ratslam_ros/support/node_checkpoints.h"
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
@@ -43,6 +44,7 @@ class MapNode {
   NodeParams params_;
   bool verifies_;  ///< decisions come with a RecallGeometry
   MapStage stage_;
+  NodeCheckpoints checkpoints_;
   MapPublisher publisher_;
   OdometryFrame odometry_frame_;
   OdometrySubscriber odometry_;
@@ -52,6 +54,7 @@ class MapNode {
   GoalStatus goal_status_ = GoalStatus::kNone;
   MessageGuard guard_;
   CountedWarning bad_decision_;
+  CountedWarning recreated_;
   CountedWarning went_on_without_;
   CountedWarning time_went_back_;
   std::vector<ros::Subscriber> subscribers_;

@@ -9,6 +9,7 @@
 #include "ratslam_ros/ViewTemplate.h"
 #include "ratslam_ros/support/lazy_picture.h"
 #include "ratslam_ros/support/message_guard.h"
+#include "ratslam_ros/support/node_checkpoints.h"
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
@@ -22,6 +23,9 @@ class PoseCellNode {
   /// @throws std::invalid_argument for bad parameters
   PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters);
 
+  /// Writes what it has learned; to be called when the node ends.
+  void finish();
+
  private:
   void start();
   void onView(const ratslam_ros::ViewTemplate& message);
@@ -32,6 +36,8 @@ class PoseCellNode {
   ros::NodeHandle handle_;
   NodeParams params_;
   PoseCellStage stage_;
+  NodeCheckpoints checkpoints_;
+  NumberSession session_;
   ros::Publisher action_publisher_;
   ros::Publisher state_publisher_;
   LazyPicture picture_;

@@ -38,6 +38,11 @@ void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sam
 ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message);
 ratslam_ros::ViewTemplate viewToMessage(const ViewEvent& view);
 
+/// The fields of ViewTemplate are OpenRatSLAM's: the session of the views' numbers follows the frame's name.
+std::string withSession(const std::string& frame_id, const NumberSession& session);
+/// The session in such a frame_id; id 0 where there is none.
+NumberSession sessionIn(const std::string& frame_id);
+
 /// @throws std::runtime_error for an action that is none of those of the message
 TopologicalAction actionFromMessage(const ratslam_ros::TopologicalAction& message);
 ratslam_ros::TopologicalAction actionToMessage(const TopologicalAction& action);

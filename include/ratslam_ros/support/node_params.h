@@ -26,6 +26,9 @@ struct NodeParams {
   std::string decision_source = "auto";
   std::string trajectory_file;
   std::string trajectory_format = "tum";
+  std::string map_dir;
+  double autosave_period = 5.0;  ///< [s] of message time
+  bool localise_only = false;
 
   template <class Visitor>
   void visitFields(Visitor&& visit) {
@@ -58,6 +61,13 @@ struct NodeParams {
     visit("trajectory_file", trajectory_file, any,
           "write trajectories here on shutdown: FILE_online.tum and FILE_final.tum; empty: none");
     visit("trajectory_format", trajectory_format, any, "tum or kitti");
+    visit(
+        "map_dir", map_dir, any,
+        "folder in which each node keeps checkpoints of what it has learned, and goes on from; empty: none");
+    visit("autosave_period", autosave_period, Bounds{0.1, 86400.0},
+          "time between checkpoints, in message time [s]");
+    visit("localise_only", localise_only, any,
+          "nothing is learned and map_dir stays as it is: the robot only finds its place in the map");
   }
 
   /// Frame of an odometry whose messages name `in_messages`, which may be empty.

@@ -1,5 +1,7 @@
 #include "ratslam_ros/nodes/local_view_node.h"
 
+#include <algorithm>
+
 #include "ratslam/view/composite.h"
 #include "ratslam/view/draw_local_view.h"
 #include "ratslam_ros/support/conversions.h"
@@ -10,6 +12,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
     : params_(readParams<NodeParams>(parameters)),
       stage_(readParams<LocalViewParams>(parameters), readParams<RecallGeometryParams>(parameters),
              readParams<OdometryStreamParams>(parameters)),
+      checkpoints_(params_, "local_view", partParameters<LocalViewParams, RecallGeometryParams>(parameters)),
       picture_(handle, topicName(params_.topic_root, "LocalView/View")),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
@@ -22,6 +25,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       images_(handle, parameters, cameraHandler(),
               [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
       diagnostics_(handle) {
+  if (!stage_.needsCamera()) resume();
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
   outputs_.push_back(handle.advertise<ratslam_ros::ViewTemplate>(topic("LocalView/Template"), 0));
   if (stage_.needsCamera()) {
@@ -35,11 +39,26 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
   });
   watch_timer_ =
       handle.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
+  diagnostics_timer_ = handle.createWallTimer(ros::WallDuration(1.0),
+                                              [this](const ros::WallTimerEvent&) { diagnostics_.publish(); });
 }
 
 CalibratedImages::CameraHandler LocalViewNode::cameraHandler() {
   if (!stage_.needsCamera()) return nullptr;
-  return [this](const CameraModel& camera) { stage_.setCamera(camera); };
+  return [this](const CameraModel& camera) {
+    stage_.setCamera(camera);
+    resume();
+  };
+}
+
+void LocalViewNode::resume() {
+  if (const auto state = checkpoints_.resume()) stage_.load(*state);
+  stage_.setLearning(!params_.localise_only);
+  session_.known = static_cast<std::uint32_t>(stage_.cells().size());
+}
+
+void LocalViewNode::finish() {
+  checkpoints_.finish([this](State& state) { stage_.save(state); });
 }
 
 void LocalViewNode::start() {
@@ -50,13 +69,14 @@ void LocalViewNode::start() {
 void LocalViewNode::onImage(const std_msgs::Header& header, const ImageFrame& frame) {
   last_header_ = header;
   last_image_ = frame.image;
+  checkpoints_.before(frame.stamp, [this](State& state) { stage_.save(state); });
+  if (session_.id == 0) session_.id = std::max<Stamp>(frame.stamp, 1);
   stage_.addFrame(frame);
   publish(stage_.drain());
 }
 
 void LocalViewNode::watch() {
   images_.warnIfSomethingNeverCame();
-  diagnostics_.publish();
   if (!stage_.needsOdometry()) return;
   odometry_.watchStreams();
   if (!odometry_timeout_.expired(stage_.waitingImages() > 0)) return;
@@ -68,7 +88,7 @@ void LocalViewNode::publish(const std::vector<ViewObservation>& observations) {
   for (const ViewObservation& observation : observations) {
     if (observation.geometry) outputs_.back().publish(geometryToMessage(*observation.geometry));
     ratslam_ros::ViewTemplate message = viewToMessage(observation.view);
-    message.header.frame_id = last_header_.frame_id;
+    message.header.frame_id = withSession(last_header_.frame_id, session_);
     outputs_.front().publish(message);
   }
   if (observations.empty()) return;

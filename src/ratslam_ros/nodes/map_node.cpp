@@ -13,6 +13,7 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
       verifies_(readParams<RecallGeometryParams>(parameters).verifies()),
       stage_(readParams<ExperienceMapParams>(parameters), verifies_,
              readParams<OdometryStreamParams>(parameters)),
+      checkpoints_(params_, "experience_map", partParameters<ExperienceMapParams>(parameters)),
       publisher_(handle_, params_, readParams<ExperienceMapParams>(parameters).exp_scale),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
@@ -38,6 +39,8 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
   if (!params_.trajectory_file.empty()) {
     requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
   }
+  if (const auto state = checkpoints_.resume()) stage_.load(*state);
+  stage_.setLearning(!params_.localise_only);
   subscribe();
   write_service_ = handle_.advertiseService<std_srvs::Trigger::Request, std_srvs::Trigger::Response>(
       topicName(params_.topic_root, "ExperienceMap/WriteTrajectories"),
@@ -84,7 +87,9 @@ void MapNode::subscribe() {
 template <class Message>
 void MapNode::onDecision(const Message& message) {
   decisions_watch_.messageArrived();
-  if (!stage_.addDecision(actionFromMessage(message))) {
+  const TopologicalAction action = actionFromMessage(message);
+  checkpoints_.before(action.stamp, [this](State& state) { stage_.save(state); });
+  if (!stage_.addDecision(action)) {
     time_went_back_.report("time went back in the decisions of the pose cells: their stream starts anew");
   }
   drain(true);
@@ -98,6 +103,9 @@ void MapNode::drain(bool wait) {
   }
   if (wait && !processed.empty()) silence_.messageArrived();
   publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
+  while (recreated_.count() < stage_.recreated()) {
+    recreated_.report("the pose cells know an experience that this map does not: it is made anew");
+  }
   publisher_.publishMapIfDue(stage_.map());
   reportGoal();
 }
@@ -158,6 +166,7 @@ bool MapNode::onWriteTrajectories(std_srvs::Trigger::Response& response) {
 }
 
 void MapNode::finish() {
+  checkpoints_.finish([this](State& state) { stage_.save(state); });
   stage_.map().settle();
   publisher_.publishMap(stage_.map());
   if (params_.trajectory_file.empty()) return;

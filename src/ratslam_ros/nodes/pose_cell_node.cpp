@@ -1,5 +1,7 @@
 #include "ratslam_ros/nodes/pose_cell_node.h"
 
+#include <algorithm>
+
 #include "ratslam/view/composite.h"
 #include "ratslam_ros/support/conversions.h"
 
@@ -9,6 +11,7 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
       stage_(readParams<PoseCellParams>(parameters), readParams<OdometryStreamParams>(parameters)),
+      checkpoints_(params_, "pose_cells", partParameters<PoseCellParams>(parameters)),
       action_publisher_(handle.advertise<ratslam_ros::TopologicalAction>(
           topicName(params_.topic_root, "PoseCell/TopologicalAction"), 0)),
       state_publisher_(
@@ -27,6 +30,9 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
                    "ratslam_ros/ViewTemplate"),
       odometry_timeout_(params_.sync_timeout),
       diagnostics_(handle_) {
+  if (const auto state = checkpoints_.resume()) stage_.load(*state);
+  stage_.setLearning(!params_.localise_only);
+  session_.known = static_cast<std::uint32_t>(stage_.cells().experiences());
   gate_.emplace(handle, std::vector<ros::Publisher>{state_publisher_, action_publisher_},
                 params_.wait_for_subscribers, [this] { start(); });
   watch_timer_ =
@@ -47,9 +53,12 @@ void PoseCellNode::start() {
 
 void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
   views_watch_.messageArrived();
-  offset_.first(stampFromRos(message.header.stamp));
+  const ViewEvent view = viewFromMessage(message);
+  offset_.first(view.stamp);
   ++views_;
-  switch (stage_.addView(viewFromMessage(message))) {
+  checkpoints_.before(view.stamp, [this](State& state) { stage_.save(state); });
+  if (session_.id == 0) session_.id = std::max<Stamp>(view.stamp, 1);
+  switch (stage_.addView(view)) {
     case EventVerdict::kAccepted:
       break;
     case EventVerdict::kLate:
@@ -60,6 +69,10 @@ void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
       break;
   }
   publish(stage_.drain());
+}
+
+void PoseCellNode::finish() {
+  checkpoints_.finish([this](State& state) { stage_.save(state); });
 }
 
 void PoseCellNode::watch() {
@@ -102,6 +115,8 @@ void PoseCellNode::publish(const std::vector<PoseCellDecision>& decisions) {
     state.src_id = action.src_id;
     state.dest_id = action.dest_id;
     state.relative_rad = action.relative_rad;
+    state.session = stampToRos(session_.id);
+    state.session_known = session_.known;
     state_publisher_.publish(state);
     if (decision.action.kind != ActionKind::kNone) action_publisher_.publish(action);
     trail_.add(decision.estimate);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -53,6 +55,9 @@ TopologicalAction decisionIn(const Message& message) {
   requireFinite("relative_rad", action.relative_rad);
   return action;
 }
+
+/// Between the frame and the session in the frame_id of LocalView/Template, whose fields are OpenRatSLAM's.
+constexpr char kSessionMark[] = " session ";
 
 }  // namespace
 
@@ -128,6 +133,7 @@ ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message) {
   view.id = message.current_id;
   view.relative_rad = message.relative_rad;
   requireFinite("relative_rad", view.relative_rad);
+  view.session = sessionIn(message.header.frame_id);
   return view;
 }
 
@@ -143,7 +149,24 @@ TopologicalAction actionFromMessage(const ratslam_ros::TopologicalAction& messag
   return decisionIn(message);
 }
 
-TopologicalAction actionFromMessage(const ratslam_ros::PoseCellState& message) { return decisionIn(message); }
+TopologicalAction actionFromMessage(const ratslam_ros::PoseCellState& message) {
+  TopologicalAction action = decisionIn(message);
+  action.session = {stampFromRos(message.session), message.session_known};
+  return action;
+}
+
+std::string withSession(const std::string& frame_id, const NumberSession& session) {
+  return frame_id + kSessionMark + std::to_string(session.id) + ' ' + std::to_string(session.known);
+}
+
+NumberSession sessionIn(const std::string& frame_id) {
+  NumberSession session;
+  const std::size_t mark = frame_id.rfind(kSessionMark);
+  if (mark == std::string::npos) return session;
+  std::istringstream text(frame_id.substr(mark + std::strlen(kSessionMark)));
+  if (!(text >> session.id >> session.known)) return {};
+  return session;
+}
 
 ratslam_ros::TopologicalAction actionToMessage(const TopologicalAction& action) {
   ratslam_ros::TopologicalAction message;

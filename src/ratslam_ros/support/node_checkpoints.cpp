@@ -1,0 +1,39 @@
+#include "ratslam_ros/support/node_checkpoints.h"
+
+#include <ros/console.h>
+
+namespace ratslam {
+
+CheckpointSettings NodeCheckpoints::settings(const NodeParams& params, const std::string& part,
+                                             const std::map<std::string, std::string>& parameters) {
+  CheckpointSettings settings;
+  settings.folder = params.map_dir;
+  settings.part = part;
+  settings.period = params.autosave_period;
+  settings.read_only = params.localise_only;
+  settings.parameters = parameters;
+  return settings;
+}
+
+NodeCheckpoints::NodeCheckpoints(const NodeParams& params, const std::string& part,
+                                 const std::map<std::string, std::string>& parameters)
+    : checkpoints_(settings(params, part, parameters)) {}
+
+std::optional<State> NodeCheckpoints::resume() {
+  return checkpoints_.resume([](const std::string& line) { ROS_WARN("%s", line.c_str()); });
+}
+
+void NodeCheckpoints::before(Stamp message, const Save& save) {
+  checkpoints_.before(message, save);
+  if (const auto why = checkpoints_.takeFailure()) lost_.report(*why);
+}
+
+void NodeCheckpoints::finish(const Save& save) {
+  try {
+    checkpoints_.saveNow(save);
+  } catch (const std::exception& e) {
+    ROS_ERROR("%s", e.what());
+  }
+}
+
+}  // namespace ratslam
