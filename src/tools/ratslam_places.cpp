@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "ratslam/local_view/local_view_cells.h"
-#include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/system_keys.h"
 #include "recordings.h"
 
 namespace {

@@ -60,7 +60,6 @@ class LocalViewStage {
   std::size_t waitingImages() const { return gate_.size(); }
   const LocalViewCells& cells() const { return cells_; }
 
-
   /// Whether views that are not recalled are learned; else they make no view cell active.
   void setLearning(bool learning) { cells_.setLearning(learning); }
 

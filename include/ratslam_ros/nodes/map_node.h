@@ -11,6 +11,7 @@
 #include "ratslam/system/map_stage.h"
 #include "ratslam_ros/RecallGeometry.h"
 #include "ratslam_ros/support/decision_source.h"
+#include "ratslam_ros/support/goal_reporter.h"
 #include "ratslam_ros/support/map_publisher.h"
 #include "ratslam_ros/support/message_guard.h"
 #include "ratslam_ros/support/node_checkpoints.h"
@@ -33,12 +34,10 @@ class MapNode {
   void subscribe();
   template <class Message>
   void onDecision(const Message& message);
-  void onGoal(const geometry_msgs::PoseStamped& goal);
   bool onWriteTrajectories(std_srvs::Trigger::Response& response);
   void watch();
   /// Processes what is possible, without waiting for silent streams where `wait` is false; publishes.
   void drain(bool wait);
-  void reportGoal();
 
   ros::NodeHandle handle_;
   NodeParams params_;
@@ -51,7 +50,7 @@ class MapNode {
   StreamWatch decisions_watch_;
   DecisionSource source_;
   SyncTimeout silence_;
-  GoalStatus goal_status_ = GoalStatus::kNone;
+  GoalReporter goals_;
   MessageGuard guard_;
   CountedWarning bad_decision_;
   CountedWarning recreated_;

@@ -90,13 +90,10 @@ KittiFolder::KittiFolder(const std::string& folder, const std::string& image_fol
   for (const std::size_t row : timesOf(images_, times.size(), times_path)) stamps_.push_back(times[row]);
 }
 
-std::optional<CameraModel> KittiFolder::camera() const {
-  if (!projection_) return std::nullopt;
-  const auto& p = *projection_;
+cv::Size KittiFolder::imageSize() const {
   for (const std::string& path : images_) {
     try {
-      const cv::Size size = measureImageFile(path);
-      return CameraModel{size.width, size.height, p[0], p[5], p[2], p[6], LensModel::kNone, {}};
+      return measureImageFile(path);
     } catch (const BadImage&) {  // it is told when its turn comes
     }
   }

@@ -80,8 +80,9 @@ void MapNode::subscribe() {
         }));
   }
   subscribers_.push_back(guard_.subscribe<geometry_msgs::PoseStamped>(
-      handle_, topic("ExperienceMap/SetGoalPose"), 1,
-      [this](const geometry_msgs::PoseStamped& message) { onGoal(message); }));
+      handle_, topic("ExperienceMap/SetGoalPose"), 1, [this](const geometry_msgs::PoseStamped& message) {
+        goals_.take(message, params_.map_frame, stage_.map(), publisher_);
+      }));
 }
 
 template <class Message>
@@ -107,7 +108,7 @@ void MapNode::drain(bool wait) {
     recreated_.report("the pose cells know an experience that this map does not: it is made anew");
   }
   publisher_.publishMapIfDue(stage_.map());
-  reportGoal();
+  goals_.report(stage_.map(), publisher_);
 }
 
 void MapNode::watch() {
@@ -119,35 +120,6 @@ void MapNode::watch() {
   went_on_without_.report(odometry_.topic() + (verifies_ ? " or LocalView/RecallGeometry" : "") +
                           " is silent: decisions are processed without it");
   drain(false);
-}
-
-void MapNode::onGoal(const geometry_msgs::PoseStamped& goal) {
-  if (!goal.header.frame_id.empty() && goal.header.frame_id != params_.map_frame) {
-    ROS_ERROR("goal refused: it is given in frame '%s', not in '%s'", goal.header.frame_id.c_str(),
-              params_.map_frame.c_str());
-    return;
-  }
-  if (!std::isfinite(goal.pose.position.x) || !std::isfinite(goal.pose.position.y)) {
-    throw std::runtime_error("the goal's position is not finite");
-  }
-  goal_status_ = GoalStatus::kNone;
-  stage_.map().setGoal(goal.pose.position.x, goal.pose.position.y);
-  reportGoal();
-}
-
-void MapNode::reportGoal() {
-  const Goal& goal = stage_.map().goal();
-  if (goal.status == GoalStatus::kNone || (goal.status == goal_status_ && goal.status != GoalStatus::kActive))
-    return;
-  if (goal.status != goal_status_) {
-    if (goal.status == GoalStatus::kFailed) ROS_ERROR("goal failed: %s", goal.message.c_str());
-    if (goal.status == GoalStatus::kReached) ROS_INFO("goal reached");
-    if (goal.status == GoalStatus::kActive) {
-      ROS_INFO("heading for experience %u, %.2f m from the goal", goal.experience, goal.distance);
-    }
-  }
-  goal_status_ = goal.status;
-  publisher_.publishPath(stage_.map());
 }
 
 bool MapNode::onWriteTrajectories(std_srvs::Trigger::Response& response) {

@@ -1,0 +1,27 @@
+/// Goals from a topic into the map, and what becomes of them: the path to the goal and a word for the user.
+#pragma once
+
+#include <geometry_msgs/PoseStamped.h>
+
+#include <string>
+
+#include "ratslam/experience_map/experience_map.h"
+#include "ratslam_ros/support/map_publisher.h"
+
+namespace ratslam {
+
+class GoalReporter {
+ public:
+  /// One in another frame than `map_frame` is refused with an error. @throws std::runtime_error for one that is
+  /// not finite
+  void take(const geometry_msgs::PoseStamped& goal, const std::string& map_frame, ExperienceMap& map,
+            MapPublisher& publisher);
+
+  /// Says what has changed since it was last called; publishes the path while a goal is headed for.
+  void report(const ExperienceMap& map, MapPublisher& publisher);
+
+ private:
+  GoalStatus status_ = GoalStatus::kNone;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,40 @@
+#include "ratslam_ros/support/goal_reporter.h"
+
+#include <ros/console.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace ratslam {
+
+void GoalReporter::take(const geometry_msgs::PoseStamped& goal, const std::string& map_frame,
+                        ExperienceMap& map, MapPublisher& publisher) {
+  if (!goal.header.frame_id.empty() && goal.header.frame_id != map_frame) {
+    ROS_ERROR("goal refused: it is given in frame '%s', not in '%s'", goal.header.frame_id.c_str(),
+              map_frame.c_str());
+    return;
+  }
+  if (!std::isfinite(goal.pose.position.x) || !std::isfinite(goal.pose.position.y)) {
+    throw std::runtime_error("the goal's position is not finite");
+  }
+  status_ = GoalStatus::kNone;
+  map.setGoal(goal.pose.position.x, goal.pose.position.y);
+  report(map, publisher);
+}
+
+void GoalReporter::report(const ExperienceMap& map, MapPublisher& publisher) {
+  const Goal& goal = map.goal();
+  if (goal.status == GoalStatus::kNone || (goal.status == status_ && goal.status != GoalStatus::kActive))
+    return;
+  if (goal.status != status_) {
+    if (goal.status == GoalStatus::kFailed) ROS_ERROR("goal failed: %s", goal.message.c_str());
+    if (goal.status == GoalStatus::kReached) ROS_INFO("goal reached");
+    if (goal.status == GoalStatus::kActive) {
+      ROS_INFO("heading for experience %u, %.2f m from the goal", goal.experience, goal.distance);
+    }
+  }
+  status_ = goal.status;
+  publisher.publishPath(map);
+}
+
+}  // namespace ratslam
