@@ -1,9 +1,11 @@
 /// Local view cells: each stands for a learned view, and each image makes exactly one of them active
 /// (MODEL section 1; V^i of equation (4) of Malichev & Yakhno 2024).
 ///
-/// For every image: make its template (view_template.h), search the learned templates for the one most like
-/// it (template_matcher.h), then recall - the error is at most vt_match_threshold - or learn the template as
-/// a new one.
+/// For every image: describe it (descriptor.h), compare it with the learned views (matcher.h), then recall
+/// one of them or learn the view as a new one. `vt_recall` says how: `nearest` recalls the learned view most
+/// like this one where it is like enough; `belief` recalls the place that the views and the odometry before
+/// make certain (recall/place_belief.h), or stays at the last place while the view is still the same.
+/// An image in which there is nothing to see makes no cell active: it is neither learned nor recalled.
 ///
 /// A recall may be put to a RecallVerifier that looks at the image's geometry. What it does not confirm is
 /// not recalled: a new template is learned instead. What it confirms takes its relative heading from the
@@ -18,9 +20,9 @@
 
 #include "ratslam/common/stamp.h"
 #include "ratslam/events.h"
-#include "ratslam/local_view/block_sad/template_matcher.h"
-#include "ratslam/local_view/block_sad/view_template.h"
+#include "ratslam/local_view/descriptor_registry.h"
 #include "ratslam/local_view/local_view_params.h"
+#include "ratslam/local_view/recall/place_belief.h"
 
 namespace ratslam {
 
@@ -43,31 +45,45 @@ struct RecallVerifier {
 
 class LocalViewCells {
  public:
-  /// @throws std::invalid_argument as LocalViewParams::validate does.
-  explicit LocalViewCells(const LocalViewParams& params);
+  /// @throws std::invalid_argument as LocalViewParams::validate and DescriptorRegistry::make do.
+  explicit LocalViewCells(const LocalViewParams& params,
+                          const DescriptorRegistry& registry = DescriptorRegistry::builtIn());
 
-  /// The view cell that an image makes active. Types of image: see pixelFormat (grey.h).
+  /// What an image looks like; each image of the stream once, in order. Types of image: see pixelFormat
+  /// (grey.h). @throws std::invalid_argument for an unusable image, a crop or template that does not fit it,
+  /// and an image of another size than the first had; the cells are then as before the call.
+  View describe(const cv::Mat& image);
+
+  /// The view cell that a view makes active; kNoView where there is nothing to see.
+  /// @param image of the view, for the verifier alone.
+  /// @param motion since the view before; only belief asks for it.
   /// @param verifier asked about recalls and told of learned views; null: every recall stands.
-  /// @throws std::invalid_argument for an unusable image, a crop or template that does not fit it, and an
-  /// image of another size than the one before; the cells are then as before the call.
+  ViewEvent observe(Stamp stamp, const View& view, const cv::Mat& image,
+                                   const ViewMotion& motion, RecallVerifier* verifier = nullptr);
+
+  /// Both, each image counting as one step on.
   ViewEvent observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier = nullptr);
 
-  /// The next image may have another size than those before; templates stay, as they have a size of their own.
+  /// The next image may have another size than those before; learned views stay, as they have a size of their
+  /// own.
   void acceptAnotherSize() { image_size_ = cv::Size(); }
 
   /// Number of view cells, equal to the number of learned templates.
-  std::size_t size() const { return matcher_.size(); }
+  std::size_t size() const { return pair_.matcher->size(); }
 
   const LocalViewParams& params() const { return params_; }
 
-  /// Template `id` for display: 8-bit mono, one pixel a value. @throws std::out_of_range.
+  /// Learned view `id` for display: 8-bit mono. @throws std::out_of_range.
   cv::Mat templateImage(std::uint32_t id) const;
 
   /// The same of the present view, learned or not; empty before the first event.
   const cv::Mat& viewImage() const { return view_image_; }
 
   /// Memory held for the learned templates.
-  std::size_t memoryBytes() const { return matcher_.memoryBytes(); }
+  std::size_t memoryBytes() const { return pair_.matcher->memoryBytes() + belief_.memoryBytes(); }
+
+  /// What `vt_recall: belief` believes; nothing under `nearest`.
+  const PlaceBelief& belief() const { return belief_; }
 
   /// What the verifier measured for the present event; none where it was not asked or did not confirm.
   const std::optional<RecallGeometry>& recallGeometry() const { return geometry_; }
@@ -77,15 +93,27 @@ class LocalViewCells {
   void load(const State& state);
 
  private:
+  /// A learned view that may be recalled.
+  struct Candidate {
+    std::uint32_t id = 0;
+    double relative_rad = 0.0;
+    double error = -1.0;
+    bool recalled = false;
+  };
+
   bool isOldView(std::uint32_t id) const;
-  double shiftAngle(int shift) const;
+  Candidate nearest(const View& view);
+  Candidate mostBelieved(const View& view);
+  static double turnOf(const View& view, const PlaceClaim& claim, const ViewMatch& match);
 
   LocalViewParams params_;
-  TemplateMatcher matcher_;
-  cv::Size image_size_;                  // of the images, empty before the first
+  ViewPair pair_;
+  PlaceBelief belief_;
+  cv::Size image_size_;                  // of all images, empty before the first
   std::optional<std::uint32_t> active_;  // view cell of the present event
   std::optional<RecallGeometry> geometry_;
   cv::Mat view_image_;
+  ViewLikeness likeness_;
 };
 
 }  // namespace ratslam

@@ -1,6 +1,8 @@
 /// Parameters of the local view cells: how an image becomes a template, and how templates are compared.
 #pragma once
 
+#include <string>
+
 #include "ratslam/common/params.h"
 
 namespace ratslam {
@@ -44,6 +46,10 @@ struct LocalViewParams {
   int shift_match = 25;
   int step_match = 5;
   bool panoramic = false;
+  std::string descriptor = "blocks";
+  std::string recall = "nearest";
+  double orientation_threshold = 0.15;
+  double view_angle_deg = 0.0;
 
   template <class Visitor>
   void visitFields(Visitor&& visit) {
@@ -54,7 +60,19 @@ struct LocalViewParams {
           "largest shift to either side of a forward camera's view [template columns]");
     visit("vt_step_match", step_match, Bounds{1, 1024}, "step between compared shifts [template columns]");
     visit("vt_panoramic", panoramic, Bounds{0, 1}, "the columns of the image close into a circle");
+    visit("vt_descriptor", descriptor, Bounds{}, "what is compared: blocks (grey), orientation (of edges)");
+    visit("vt_recall", recall, Bounds{},
+          "nearest: the view most like this one; belief: the place that odometry and the views before make "
+          "likely");
+    visit("vt_orientation_threshold", orientation_threshold, Bounds{0, 2},
+          "orientation: largest error (1 - cosine) of two views of one place");
+    visit("vt_view_angle_deg", view_angle_deg, Bounds{0, 175},
+          "orientation: horizontal angle that the crop of a forward camera sees, which makes headings of "
+          "shifts; "
+          "0: not known, recalls have the heading of then [deg]");
   }
+
+  bool believes() const { return recall == "belief"; }
 
   /// Columns of the view that are compared at every shift.
   int comparedColumns() const {

@@ -1,14 +1,23 @@
-/// Local view cells fed by frames, with image geometry where it verifies recalls (vt_verify).
+/// The local view cells fed by their stamped streams: images and, where recalls are a matter of belief
+/// (vt_recall), the odometry that moves the belief.
+///
+/// An image is described when it comes. The view cell that it makes active is decided once the odometry has
+/// reached its stamp; where only the nearest view counts, at once. The result depends on stamps and values
+/// alone.
 ///
 /// A frame that shows nothing (frozen, without texture) learns and recalls nothing: its event has no view, so
 /// that the pose cells keep up with its stamp and the odometry alone moves them.
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
+#include <vector>
 
+#include "ratslam/camera/camera_model.h"
 #include "ratslam/camera/image_frame.h"
 #include "ratslam/local_view/local_view_cells.h"
+#include "ratslam/system/event_gate.h"
 #include "ratslam/system/recall_check.h"
 
 namespace ratslam {
@@ -23,7 +32,8 @@ struct ViewObservation {
 class LocalViewStage {
  public:
   /// @throws std::invalid_argument for bad parameters
-  LocalViewStage(const LocalViewParams& params, const RecallGeometryParams& recall_params);
+  LocalViewStage(const LocalViewParams& params, const RecallGeometryParams& recall_params,
+                 const OdometryStreamParams& stream = {});
 
   /// Whether it cannot observe before it has a camera.
   bool needsCamera() const { return recall_params_.verifies() && !recall_check_; }
@@ -31,15 +41,64 @@ class LocalViewStage {
   /// @throws std::invalid_argument for a bad camera
   void setCamera(const CameraModel& camera);
 
-  /// @throws std::invalid_argument as LocalViewCells::observe does; std::logic_error without its camera
-  ViewObservation observe(const ImageFrame& frame);
+  bool needsOdometry() const { return cells_.params().believes(); }
 
+  SampleVerdict addOdometry(const OdometrySample& sample);
+
+  /// @throws std::invalid_argument as LocalViewCells::describe does; std::logic_error without its camera
+  EventVerdict addFrame(const ImageFrame& frame);
+
+  /// Views that have become possible, oldest first.
+  std::vector<ViewObservation> drain();
+
+  /// Processes the waiting views with the motion known so far: for a live odometry that has fallen silent.
+  std::vector<ViewObservation> drainWithoutOdometry();
+
+  std::size_t waitingImages() const { return gate_.size(); }
   const LocalViewCells& cells() const { return cells_; }
 
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit the parameters
+  void load(const State& state);
+
  private:
+  /// A described image that waits for the odometry.
+  struct WaitingView {
+    Stamp stamp = 0;
+    View view;
+    cv::Mat image;  ///< for the verifier; else empty
+
+    template <class Fields>
+    void stateFields(Fields&& fields);
+  };
+
+  /// What one sample of odometry says of its own certainty.
+  struct Certainty {
+    Stamp stamp = 0;
+    std::optional<double> forward_variance;  ///< [m^2]
+    std::optional<double> yaw_variance;      ///< [rad^2]
+    std::uint32_t epoch = 0;
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("stamp", stamp);
+      fields("forward_variance", forward_variance);
+      fields("yaw_variance", yaw_variance);
+      fields("epoch", epoch);
+    }
+  };
+
+  ViewMotion motionUntil(Stamp stamp);
+  void process(const WaitingView& waiting, std::vector<ViewObservation>& seen);
+
   RecallGeometryParams recall_params_;
   LocalViewCells cells_;
-  std::unique_ptr<RecallCheck> recall_check_;
+  std::unique_ptr<RecallCheck> recall_check_;  ///< where vt_verify asks for it, once the camera is known
+  EventGate<WaitingView> gate_;
+  std::deque<Certainty> certainties_;  ///< of samples that no view has used yet
+  std::optional<Stamp> last_sample_;
+  std::uint32_t source_epoch_ = 0;  ///< of the last sample
+  std::uint32_t epoch_ = 0;         ///< changes with the source's
 };
 
 }  // namespace ratslam

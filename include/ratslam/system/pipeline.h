@@ -67,7 +67,7 @@ class Pipeline {
   /// What one image, or one sample of odometry, has set in motion.
   struct Progress {
     std::vector<OdometrySample> odometry;     ///< made from the image, or accepted from outside
-    std::vector<ViewEvent> views;             ///< view events of the image
+    std::vector<ViewEvent> views;             ///< view events that have become possible
     std::vector<std::string> refusals;        ///< why odometry or local view cannot use the image
     std::vector<PoseCellDecision> decisions;  ///< that have become possible, oldest first
     std::vector<Stamp> mapped;                ///< stamps up to which the map has got, oldest first

@@ -14,7 +14,8 @@ class RecallCheck : public RecallVerifier {
 
   /// The view event of an image and what geometry says of it; inliers 0 where it says nothing.
   /// @throws std::invalid_argument as LocalViewCells::observe does
-  ViewEvent observe(LocalViewCells& cells, Stamp stamp, const cv::Mat& image, RecallGeometry& geometry);
+  ViewEvent observe(LocalViewCells& cells, Stamp stamp, const View& view, const cv::Mat& image,
+                    const ViewMotion& motion, RecallGeometry& geometry);
 
   std::optional<RecallGeometry> verify(Stamp stamp, const cv::Mat& image, std::uint32_t view_id) override {
     return estimator_.verify(stamp, image, view_id);

@@ -16,7 +16,8 @@ namespace ratslam {
 /// @throws std::invalid_argument for an image of another kind
 cv::Mat drawLocalView(const cv::Mat& image, const ViewEvent& view, const cv::Mat& view_image,
                       const cv::Mat& active_image, const cv::Size& size);
-/// The same after the cells have observed the image.
+/// The same after the cells have observed the image. Where recalls are a matter of belief, with the belief
+/// over all places below it, oldest at the left, and the places most believed in.
 cv::Mat drawLocalView(const cv::Mat& image, const ViewEvent& view, const LocalViewCells& cells,
                       const cv::Size& size);
 

@@ -1,5 +1,6 @@
 /// ratslam_lv: camera/image -> LocalView/Template by the local view cells (MODEL section 1), and
-/// LocalView/View to look at. Where image geometry verifies recalls (vt_verify), also camera/camera_info ->
+/// LocalView/View to look at. Where recalls are a matter of belief (vt_recall), odom moves it, merged with the
+/// images by stamp. Where image geometry verifies recalls (vt_verify), also camera/camera_info ->
 /// LocalView/RecallGeometry, one message an image.
 #pragma once
 
@@ -9,6 +10,7 @@
 #include "ratslam_ros/support/calibrated_images.h"
 #include "ratslam_ros/support/lazy_picture.h"
 #include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/odometry_subscriber.h"
 #include "ratslam_ros/support/start_gate.h"
 
 namespace ratslam {
@@ -20,12 +22,20 @@ class LocalViewNode {
 
  private:
   CalibratedImages::CameraHandler cameraHandler();
+  void start();
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);
+  void watch();
+  void publish(const std::vector<ViewObservation>& observations);
 
   NodeParams params_;
   LocalViewStage stage_;
   std::vector<ros::Publisher> outputs_;  ///< templates and, where recalls are verified, geometry
   LazyPicture picture_;
+  OdometrySubscriber odometry_;
+  SyncTimeout odometry_timeout_;
+  CountedWarning went_on_without_;
+  std_msgs::Header last_header_;
+  cv::Mat last_image_;  ///< to draw
   CalibratedImages images_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;

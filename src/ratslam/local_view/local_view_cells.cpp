@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
@@ -14,90 +15,140 @@ namespace {
 
 constexpr std::uint32_t kRecentViews = 10;  // learned too recently for a recall of them to be a closed loop
 
-/// An image of its own of 8-bit values that go row by row.
-cv::Mat displayable(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) {
-  cv::Mat image(params.y_size, params.x_size, CV_8UC1);
-  std::copy(bytes.begin(), bytes.end(), image.begin<std::uint8_t>());
-  return image;
-}
-
-constexpr std::uint32_t kStateVersion = 1;
+constexpr std::uint32_t kStateVersion = 2;
 
 }  // namespace
 
 RecallVerifier::~RecallVerifier() = default;
 
-LocalViewCells::LocalViewCells(const LocalViewParams& params) : params_(params), matcher_(params) {}
-
-bool LocalViewCells::isOldView(std::uint32_t id) const {
-  return id != active_ && id + kRecentViews < matcher_.size();
+LocalViewCells::LocalViewCells(const LocalViewParams& params, const DescriptorRegistry& registry)
+    : params_(params), pair_(registry.make(params)) {
+  params.validate();
 }
 
-double LocalViewCells::shiftAngle(int shift) const {
-  return params_.panoramic ? wrapAngle(2.0 * kPi * shift / params_.view_template.x_size) : 0.0;
-}
+bool LocalViewCells::isOldView(std::uint32_t id) const { return id != active_ && id + kRecentViews < size(); }
 
-cv::Mat LocalViewCells::templateImage(std::uint32_t id) const {
-  return displayable(matcher_.bytes(id), params_.view_template);
-}
+cv::Mat LocalViewCells::templateImage(std::uint32_t id) const { return pair_.matcher->picture(id); }
 
-void LocalViewCells::save(State& state) const {
-  state.setVersion(kStateVersion);
-  matcher_.save(state);
-  state.set("image_size", std::array<int, 2>{image_size_.width, image_size_.height});
-  state.set("active", active_);
-  state.set("geometry", geometry_);
-  state.set("view",
-            std::vector<std::uint8_t>(view_image_.begin<std::uint8_t>(), view_image_.end<std::uint8_t>()));
-}
-
-void LocalViewCells::load(const State& state) {
-  state.requireVersion(kStateVersion);
-  matcher_.load(state);
-  const auto size = state.get<std::array<int, 2>>("image_size");
-  image_size_ = cv::Size(size[0], size[1]);
-  state.get("active", active_);
-  state.get("geometry", geometry_);
-  const auto view = state.get<std::vector<std::uint8_t>>("view");
-  const auto pixels = static_cast<std::size_t>(params_.view_template.x_size * params_.view_template.y_size);
-  view_image_ = view.size() == pixels ? displayable(view, params_.view_template) : cv::Mat();
-}
-
-ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier) {
+View LocalViewCells::describe(const cv::Mat& image) {
   if (!image_size_.empty() && !image.empty() && image.size() != image_size_) {
     std::ostringstream message;
     message << "image: its size changed from " << image_size_.width << " x " << image_size_.height << " to "
             << image.cols << " x " << image.rows << " pixels";
     throw std::invalid_argument(message.str());
   }
-  const ViewTemplate view = makeViewTemplate(image, params_.view_template);
-  const std::optional<TemplateMatch> match = matcher_.findBest(view);
+  View view = pair_.descriptor->describe(image);
+  image_size_ = image.size();
+  return view;
+}
 
+LocalViewCells::Candidate LocalViewCells::nearest(const View& view) {
+  const std::optional<ViewMatch> match = pair_.matcher->findBest(view);
+  if (!match) return {};
+  return {match->id, match->relative_rad, match->error, match->same_place};
+}
+
+/// Heading now relative to that at the claimed place: the mean over the view's variants, or what the matcher
+/// measured where that has only one.
+double LocalViewCells::turnOf(const View& view, const PlaceClaim& claim, const ViewMatch& match) {
+  if (view.variants.size() != claim.variant_weights.size() || view.variants.size() == 1) {
+    return match.relative_rad;
+  }
+  double sine = 0.0;
+  double cosine = 0.0;
+  for (std::size_t v = 0; v < view.variants.size(); ++v) {
+    sine += claim.variant_weights[v] * std::sin(view.variants[v].relative_rad);
+    cosine += claim.variant_weights[v] * std::cos(view.variants[v].relative_rad);
+  }
+  return std::atan2(sine, cosine);
+}
+
+LocalViewCells::Candidate LocalViewCells::mostBelieved(const View& view) {
+  pair_.matcher->compareAll(view, likeness_);
+  const std::optional<PlaceClaim> claim = belief_.weigh(likeness_, belief_.leftBehind(likeness_));
+  if (claim && claim->confidence > PlaceBelief::kClaim) {
+    const ViewMatch match = pair_.matcher->compareWith(view, claim->place);
+    return {claim->place, turnOf(view, *claim, match), match.error, true};
+  }
+  if (!active_) return {};
+  const ViewMatch still = pair_.matcher->compareWith(view, *active_);
+  return {still.id, still.relative_rad, still.error, still.same_place};
+}
+
+ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& image,
+                                                 const ViewMotion& motion, RecallVerifier* verifier) {
+  if (params_.believes()) belief_.move(motion);
+  if (!view.textured) {
+    ViewEvent nothing;
+    nothing.stamp = stamp;
+    nothing.id = kNoView;
+    return nothing;
+  }
+  const Candidate candidate = params_.believes() ? mostBelieved(view) : nearest(view);
   ViewEvent event;
   event.stamp = stamp;
+  event.error = candidate.error;
   std::optional<RecallGeometry> geometry;
-  if (match) event.error = match->error;
-  bool recalled = match && match->error <= params_.match_threshold;
+  bool recalled = candidate.recalled;
   if (recalled) {
-    event.id = match->id;
-    event.relative_rad = shiftAngle(match->shift);
-    if (verifier != nullptr && isOldView(match->id)) {
-      geometry = verifier->verify(stamp, image, match->id);
+    event.id = candidate.id;
+    event.relative_rad = candidate.relative_rad;
+    if (verifier != nullptr && isOldView(candidate.id)) {
+      geometry = verifier->verify(stamp, image, candidate.id);
       recalled = geometry.has_value();
       if (recalled && geometry->inliers > 0) event.relative_rad = geometry->relative_rad;
       if (recalled && geometry->inliers == 0) geometry.reset();
     }
   }
   if (!recalled) {
-    event.id = matcher_.add(view);
+    event.id = pair_.matcher->add(view);
     event.learned = true;
     if (verifier != nullptr) verifier->learned(stamp, image, event.id);
   }
-  image_size_ = image.size();
+  if (params_.believes()) belief_.arrive(event.id);
   active_ = event.id;
   geometry_ = geometry;
-  view_image_ = displayable(quantised(view.values), params_.view_template);
+  view_image_ = pair_.matcher->picture(view);
   return event;
+}
+
+ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image,
+                                                 RecallVerifier* verifier) {
+  ViewMotion step;
+  step.forward = 1.0;
+  step.assumed = true;
+  return observe(stamp, describe(image), image, step, verifier);
+}
+
+void LocalViewCells::save(State& state) const {
+  state.setVersion(kStateVersion);
+  pair_.matcher->save(state);
+  pair_.descriptor->save(state.child("descriptor"));
+  state.child("belief").write(belief_);
+  state.set("image_size", std::array<int, 2>{image_size_.width, image_size_.height});
+  state.set("active", active_);
+  state.set("geometry", geometry_);
+  state.set("view_size", std::array<int, 2>{view_image_.cols, view_image_.rows});
+  state.set("view",
+            std::vector<std::uint8_t>(view_image_.begin<std::uint8_t>(), view_image_.end<std::uint8_t>()));
+}
+
+void LocalViewCells::load(const State& state) {
+  state.requireVersion(kStateVersion);
+  pair_.matcher->load(state);
+  pair_.descriptor->load(state.child("descriptor"));
+  state.child("belief").read(belief_);
+  const auto size = state.get<std::array<int, 2>>("image_size");
+  image_size_ = cv::Size(size[0], size[1]);
+  state.get("active", active_);
+  state.get("geometry", geometry_);
+  const auto view_size = state.get<std::array<int, 2>>("view_size");
+  const auto view = state.get<std::vector<std::uint8_t>>("view");
+  view_image_ = cv::Mat();
+  if (view_size[0] > 0 && view.size() == static_cast<std::size_t>(view_size[0] * view_size[1])) {
+    view_image_ = cv::Mat(view_size[1], view_size[0], CV_8UC1);
+    std::copy(view.begin(), view.end(), view_image_.begin<std::uint8_t>());
+  }
 }
 
 }  // namespace ratslam

@@ -21,7 +21,10 @@ void TemplateParams::validate() const {
 void LocalViewParams::validate() const {
   checkBounds(*this);
   view_template.validate();
-  if (comparedColumns() < 1) {
+  if (recall != "nearest" && recall != "belief") {
+    throwBadValue("vt_recall", recall, "it must be nearest or belief");
+  }
+  if (descriptor == "blocks" && comparedColumns() < 1) {
     std::ostringstream requirement;
     requirement << "twice the shift must be less than template_x_size (" << view_template.x_size
                 << ") unless vt_panoramic is set";

@@ -1,34 +1,168 @@
 #include "ratslam/system/local_view_stage.h"
 
+#include <algorithm>
 #include <stdexcept>
+
+#include "ratslam/common/state.h"
 
 namespace ratslam {
 
-LocalViewStage::LocalViewStage(const LocalViewParams& params, const RecallGeometryParams& recall_params)
-    : recall_params_(recall_params), cells_(params) {}
+template <class Fields>
+void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
+  std::vector<double> values;
+  std::vector<double> turns;
+  for (const ViewVariant& variant : view.variants) {
+    values.insert(values.end(), variant.values.begin(), variant.values.end());
+    turns.push_back(variant.relative_rad);
+  }
+  std::vector<int> form{image.rows, image.cols, image.type()};
+  std::vector<std::uint8_t> pixels;
+  if (!image.empty()) pixels.assign(image.datastart, image.dataend);
+  fields("stamp", stamp);
+  fields("textured", view.textured);
+  fields("values", values);
+  fields("turns", turns);
+  fields("image", form);
+  fields("pixels", pixels);
+  view.variants.resize(turns.size());
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const auto length = static_cast<std::ptrdiff_t>(values.size() / turns.size());
+    const auto first = values.begin() + static_cast<std::ptrdiff_t>(i) * length;
+    view.variants[i] = {{first, first + length}, turns[i]};
+  }
+  if (pixels.empty()) return;
+  image.create(form.at(0), form.at(1), form.at(2));
+  std::copy(pixels.begin(), pixels.end(), image.data);
+}
+
+LocalViewStage::LocalViewStage(const LocalViewParams& params, const RecallGeometryParams& recall_params,
+                               const OdometryStreamParams& stream)
+    : recall_params_(recall_params), cells_(params), gate_(false, stream) {
+}
 
 void LocalViewStage::setCamera(const CameraModel& camera) {
   if (recall_params_.verifies()) recall_check_ = std::make_unique<RecallCheck>(recall_params_, camera);
 }
 
-ViewObservation LocalViewStage::observe(const ImageFrame& frame) {
+SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
+  if (!needsOdometry()) return SampleVerdict::kAccepted;
+  const SampleVerdict verdict = gate_.addOdometry(sample);
+  if (verdict != SampleVerdict::kAccepted && verdict != SampleVerdict::kTimeWentBack) return verdict;
+  const bool back = verdict == SampleVerdict::kTimeWentBack;
+  if (back) certainties_.clear();
+  if (last_sample_ && sample.epoch != source_epoch_) ++epoch_;
+  Certainty certainty;
+  certainty.stamp = sample.stamp;
+  certainty.epoch = epoch_;
+  if (sample.covariance && last_sample_ && !back) {
+    const double dt = secondsBetween(*last_sample_, sample.stamp);
+    certainty.forward_variance = (*sample.covariance)(0, 0) * dt * dt;
+    certainty.yaw_variance = (*sample.covariance)(5, 5) * dt * dt;
+  }
+  certainties_.push_back(certainty);
+  last_sample_ = sample.stamp;
+  source_epoch_ = sample.epoch;
+  return verdict;
+}
+
+EventVerdict LocalViewStage::addFrame(const ImageFrame& frame) {
   if (needsCamera()) throw std::logic_error("recalls are to be verified before the camera is known");
   if (frame.begins_anew) cells_.acceptAnotherSize();
+  WaitingView waiting;
+  waiting.stamp = frame.stamp;
+  waiting.view.textured = false;
+  if (frame.usable()) waiting.view = cells_.describe(frame.image);
+  // The pixels may be a message's, which does not outlast a wait.
+  if (recall_check_) waiting.image = needsOdometry() ? frame.image.clone() : frame.image;
+  return gate_.addEvent(waiting);
+}
+
+std::vector<ViewObservation> LocalViewStage::drain() {
+  if (!needsOdometry()) return drainWithoutOdometry();
+  std::vector<ViewObservation> seen;
+  while (const WaitingView* next = gate_.ready()) {
+    process(*next, seen);
+    gate_.pop();
+  }
+  return seen;
+}
+
+std::vector<ViewObservation> LocalViewStage::drainWithoutOdometry() {
+  std::vector<ViewObservation> seen;
+  while (const WaitingView* next = gate_.waiting()) {
+    process(*next, seen);
+    gate_.pop();
+  }
+  return seen;
+}
+
+ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
+  ViewMotion motion;
+  const auto steps = gate_.motionUntil(stamp);
+  motion.assumed = steps.empty();
+  motion.epoch = epoch_;
+  for (const TimedStep& timed : steps) {
+    motion.forward += timed.step.forward;
+    motion.rotation += timed.step.rotation;
+  }
+  double forward_variance = 0.0;
+  double yaw_variance = 0.0;
+  bool said = !certainties_.empty();
+  // A sample that reaches beyond the stamp counts for the next view.
+  while (!certainties_.empty() && certainties_.front().stamp <= stamp) {
+    const Certainty& certainty = certainties_.front();
+    said = said && certainty.forward_variance.has_value();
+    forward_variance += certainty.forward_variance.value_or(0.0);
+    yaw_variance += certainty.yaw_variance.value_or(0.0);
+    motion.epoch = certainty.epoch;
+    certainties_.pop_front();
+  }
+  if (!certainties_.empty()) motion.epoch = certainties_.front().epoch;
+  motion.epoch += static_cast<std::uint32_t>(gate_.beginnings());
+  if (said) {
+    motion.forward_variance = forward_variance;
+    motion.yaw_variance = yaw_variance;
+  }
+  return motion;
+}
+
+void LocalViewStage::process(const WaitingView& waiting, std::vector<ViewObservation>& seen) {
+  const ViewMotion motion = needsOdometry() ? motionUntil(waiting.stamp) : ViewMotion{};
   ViewObservation observation;
   if (recall_check_) {
     observation.geometry.emplace();
-    observation.geometry->stamp = frame.stamp;
+    observation.geometry->stamp = waiting.stamp;
   }
-  if (!frame.usable()) {
-    observation.view.stamp = frame.stamp;
-    observation.view.id = kNoView;
-  } else if (recall_check_) {
-    observation.view = recall_check_->observe(cells_, frame.stamp, frame.image, *observation.geometry);
+  if (recall_check_ && waiting.view.textured) {
+    observation.view = recall_check_->observe(cells_, waiting.stamp, waiting.view, waiting.image, motion,
+                                              *observation.geometry);
   } else {
-    observation.view = cells_.observe(frame.stamp, frame.image);
+    observation.view = cells_.observe(waiting.stamp, waiting.view, waiting.image, motion);
   }
   if (observation.geometry) observation.geometry->view_id = observation.view.id;
-  return observation;
+  seen.push_back(observation);
+}
+
+void LocalViewStage::save(State& state) const {
+  cells_.save(state);
+  if (recall_check_) recall_check_->save(state.child("recall_check"));
+  State& streams = state.child("streams");
+  streams.set("views", gate_);
+  streams.set("certainties", certainties_);
+  streams.set("last_sample", last_sample_);
+  streams.set("source_epoch", source_epoch_);
+  streams.set("epoch", epoch_);
+}
+
+void LocalViewStage::load(const State& state) {
+  cells_.load(state);
+  if (recall_check_) recall_check_->load(state.child("recall_check"));
+  const State& streams = state.child("streams");
+  streams.get("views", gate_);
+  streams.get("certainties", certainties_);
+  streams.get("last_sample", last_sample_);
+  streams.get("source_epoch", source_epoch_);
+  streams.get("epoch", epoch_);
 }
 
 }  // namespace ratslam

@@ -48,7 +48,7 @@ std::set<std::string> PipelineParams::knownKeys() {
 Pipeline::Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource> odometry,
                    const std::optional<CameraModel>& camera)
     : odometry_(std::move(odometry)),
-      local_view_(params.local_view, params.recall_geometry),
+      local_view_(params.local_view, params.recall_geometry, params.odometry_stream),
       pose_cells_(params.pose_cells, params.odometry_stream),
       map_(params.experience_map, params.recall_geometry.verifies(), params.odometry_stream) {
   if (!local_view_.needsCamera()) return;
@@ -78,14 +78,10 @@ void Pipeline::track(const ImageFrame& frame, Progress& progress) {
 void Pipeline::observe(const ImageFrame& frame, Progress& progress) {
   try {
     const Stopwatch watch(times_.local_view);
-    const ViewObservation observation = local_view_.observe(frame);
-    progress.views.push_back(observation.view);
-    if (observation.geometry) map_.addGeometry(*observation.geometry);
+    local_view_.addFrame(frame);
   } catch (const std::invalid_argument& e) {
     progress.refusals.emplace_back(e.what());
-    return;
   }
-  if (pose_cells_.addView(progress.views.back()) == EventVerdict::kLate) ++late_views_;
 }
 
 Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
@@ -97,6 +93,7 @@ Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
 
 bool Pipeline::feedOdometry(const OdometrySample& sample) {
   const SampleVerdict verdict = pose_cells_.addOdometry(sample);
+  local_view_.addOdometry(sample);
   map_.addOdometry(sample);
   const bool dropped = verdict == SampleVerdict::kNotFinite || verdict == SampleVerdict::kRepeatedStamp ||
                        verdict == SampleVerdict::kLate;
@@ -109,6 +106,14 @@ bool Pipeline::feedOdometry(const OdometrySample& sample) {
 }
 
 void Pipeline::drain(Progress& progress) {
+  {
+    const Stopwatch watch(times_.local_view);
+    for (const ViewObservation& observation : local_view_.drain()) {
+      progress.views.push_back(observation.view);
+      if (pose_cells_.addView(observation.view) == EventVerdict::kLate) ++late_views_;
+      if (observation.geometry) map_.addGeometry(*observation.geometry);
+    }
+  }
   {
     const Stopwatch watch(times_.pose_cells);
     progress.decisions = pose_cells_.drain();

@@ -21,9 +21,9 @@ RecallCamera recallCamera(const CameraModel& camera) {
 RecallCheck::RecallCheck(const RecallGeometryParams& params, const CameraModel& camera)
     : estimator_(params, recallCamera(camera)) {}
 
-ViewEvent RecallCheck::observe(LocalViewCells& cells, Stamp stamp, const cv::Mat& image,
-                               RecallGeometry& geometry) {
-  const ViewEvent view = cells.observe(stamp, image, this);
+ViewEvent RecallCheck::observe(LocalViewCells& cells, Stamp stamp, const View& seen, const cv::Mat& image,
+                               const ViewMotion& motion, RecallGeometry& geometry) {
+  const ViewEvent view = cells.observe(stamp, seen, image, motion, this);
   estimator_.frame(stamp, image);
   geometry = cells.recallGeometry().value_or(RecallGeometry{});
   geometry.stamp = stamp;

@@ -8,8 +8,17 @@ namespace ratslam {
 
 LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters)
     : params_(readParams<NodeParams>(parameters)),
-      stage_(readParams<LocalViewParams>(parameters), readParams<RecallGeometryParams>(parameters)),
+      stage_(readParams<LocalViewParams>(parameters), readParams<RecallGeometryParams>(parameters),
+             readParams<OdometryStreamParams>(parameters)),
       picture_(handle, topicName(params_.topic_root, "LocalView/View")),
+      odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
+                [this](const OdometrySample& sample) {
+                  odometry_timeout_.messageArrived();
+                  const SampleVerdict verdict = stage_.addOdometry(sample);
+                  publish(stage_.drain());
+                  return verdict;
+                }),
+      odometry_timeout_(params_.sync_timeout),
       images_(handle, parameters, cameraHandler(),
               [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }) {
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
@@ -17,9 +26,9 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
   if (stage_.needsCamera()) {
     outputs_.push_back(handle.advertise<ratslam_ros::RecallGeometry>(topic("LocalView/RecallGeometry"), 0));
   }
-  gate_.emplace(handle, outputs_, params_.wait_for_subscribers, [this] { images_.start(); });
-  watch_timer_ = handle.createWallTimer(
-      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { images_.warnIfSomethingNeverCame(); });
+  gate_.emplace(handle, outputs_, params_.wait_for_subscribers, [this] { start(); });
+  watch_timer_ =
+      handle.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
 }
 
 CalibratedImages::CameraHandler LocalViewNode::cameraHandler() {
@@ -27,14 +36,37 @@ CalibratedImages::CameraHandler LocalViewNode::cameraHandler() {
   return [this](const CameraModel& camera) { stage_.setCamera(camera); };
 }
 
+void LocalViewNode::start() {
+  if (stage_.needsOdometry()) odometry_.start();
+  images_.start();
+}
+
 void LocalViewNode::onImage(const std_msgs::Header& header, const ImageFrame& frame) {
-  const ViewObservation observation = stage_.observe(frame);
-  if (observation.geometry) outputs_.back().publish(geometryToMessage(*observation.geometry));
-  ratslam_ros::ViewTemplate message = viewToMessage(observation.view);
-  message.header.frame_id = header.frame_id;
-  outputs_.front().publish(message);
-  picture_.publish(header, [&] {
-    return drawLocalView(frame.image, observation.view, stage_.cells(), localViewPictureSize());
+  last_header_ = header;
+  last_image_ = frame.image;
+  stage_.addFrame(frame);
+  publish(stage_.drain());
+}
+
+void LocalViewNode::watch() {
+  images_.warnIfSomethingNeverCame();
+  if (!stage_.needsOdometry()) return;
+  odometry_.watchStreams();
+  if (!odometry_timeout_.expired(stage_.waitingImages() > 0)) return;
+  went_on_without_.report(odometry_.topic() + " is silent: images are processed without odometry");
+  publish(stage_.drainWithoutOdometry());
+}
+
+void LocalViewNode::publish(const std::vector<ViewObservation>& observations) {
+  for (const ViewObservation& observation : observations) {
+    if (observation.geometry) outputs_.back().publish(geometryToMessage(*observation.geometry));
+    ratslam_ros::ViewTemplate message = viewToMessage(observation.view);
+    message.header.frame_id = last_header_.frame_id;
+    outputs_.front().publish(message);
+  }
+  if (observations.empty()) return;
+  picture_.publish(last_header_, [&] {
+    return drawLocalView(last_image_, observations.back().view, stage_.cells(), localViewPictureSize());
   });
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/local_view/orientation/byte_matcher.h"
 
 namespace ratslam {
 namespace {
@@ -70,8 +71,10 @@ TEST(LocalViewCells, LearnsNewViewsAndRecallsKnownOnes) {
 
 TEST(LocalViewCells, RecallsAtExactlyTheThreshold) {
   LocalViewParams params = smallParams();
-  const cv::Mat image(24, 48, CV_8UC1, cv::Scalar(100));
-  const cv::Mat brighter(24, 48, CV_8UC1, cv::Scalar(105));
+  cv::Mat image(24, 48, CV_8UC1, cv::Scalar(100));
+  cv::Mat brighter(24, 48, CV_8UC1, cv::Scalar(105));
+  // Something to see, at the edge, which no view without a shift compares.
+  for (cv::Mat* seen : {&image, &brighter}) (*seen)(cv::Rect(0, 0, 3, 3)) = cv::Scalar(0);
   LocalViewCells probe(params);
   probe.observe(0, image);
   const double error = probe.observe(1, brighter).error;
@@ -240,12 +243,56 @@ TEST(LocalViewCells, ShowsTemplatesAndTheView) {
   cv::Mat image(24, 48, CV_8UC1, cv::Scalar(40));
   image.colRange(0, 3) = cv::Scalar(200);
   cells.observe(0, image);
-  cells.observe(1, cv::Mat(24, 48, CV_8UC1, cv::Scalar(44)));
+  cv::Mat next(24, 48, CV_8UC1, cv::Scalar(44));
+  next.colRange(45, 48) = cv::Scalar(200);
+  cells.observe(1, next);
   ASSERT_EQ(cells.templateImage(0).size(), cv::Size(16, 8));
   EXPECT_EQ(cells.templateImage(0).at<std::uint8_t>(7, 0), 200);
   EXPECT_EQ(cells.templateImage(0).at<std::uint8_t>(7, 1), 40);
   EXPECT_EQ(cells.viewImage().at<std::uint8_t>(0, 0), 44);
   EXPECT_THROW(cells.templateImage(static_cast<std::uint32_t>(cells.size())), std::out_of_range);
+}
+
+TEST(LocalViewCells, NeitherLearnsNorRecallsWhatShowsNothing) {
+  for (const char* descriptor : {"blocks", "orientation"}) {
+    LocalViewParams params = smallParams();
+    params.descriptor = descriptor;
+    LocalViewCells cells(params);
+    const cv::Size size(128, 64);
+    cv::Mat scene(size, CV_8UC1);
+    cv::randu(scene, 0, 255);
+    EXPECT_FALSE(cells.observe(0, cv::Mat(size, CV_8UC1, cv::Scalar(3))).seen()) << descriptor;
+    EXPECT_TRUE(cells.observe(1, scene).learned) << descriptor;
+    EXPECT_FALSE(cells.observe(2, cv::Mat(size, CV_8UC1, cv::Scalar(252))).seen()) << descriptor;
+    EXPECT_FALSE(cells.observe(3, scene).learned) << descriptor;
+    EXPECT_EQ(cells.size(), 1U) << descriptor;
+  }
+}
+
+/// A descriptor of one number, the mean grey, searched as bytes.
+class MeanGrey : public ViewDescriptor {
+ public:
+  View describe(const cv::Mat& image) override {
+    return {{{{1.0, cv::mean(image)[0] / 64.0 - 2.0}, 0.0}}, true};
+  }
+};
+
+TEST(LocalViewCells, TakeADescriptorOfSomebodyElse) {
+  DescriptorRegistry registry = DescriptorRegistry::builtIn();
+  registry.add("mean_grey", [](const LocalViewParams&) {
+    const auto painter = [](const std::vector<std::int8_t>&) {
+      return cv::Mat(1, 1, CV_8UC1, cv::Scalar(0));
+    };
+    return ViewPair{std::make_unique<MeanGrey>(), std::make_unique<ByteMatcher>(2, 0.01, painter)};
+  });
+  LocalViewParams params;
+  params.descriptor = "mean_grey";
+  LocalViewCells cells(params, registry);
+  EXPECT_TRUE(cells.observe(0, cv::Mat(8, 8, CV_8UC1, cv::Scalar(40))).learned);
+  EXPECT_TRUE(cells.observe(1, cv::Mat(8, 8, CV_8UC1, cv::Scalar(200))).learned);
+  EXPECT_EQ(cells.observe(2, cv::Mat(8, 8, CV_8UC1, cv::Scalar(41))).id, 0U);
+  EXPECT_EQ(messageOf([&] { LocalViewCells unknown(params); }),
+            "vt_descriptor: value mean_grey is not allowed: it must be blocks or orientation");
 }
 
 }  // namespace

@@ -49,6 +49,14 @@ class TemplateMatcher {
   /// gate leaves no candidate. @throws std::invalid_argument as add does.
   std::optional<TemplateMatch> findBest(const ViewTemplate& view);
 
+  /// The error of template `id`, at the shift where it is smallest; no gate is asked. @throws
+  /// std::out_of_range.
+  TemplateMatch compareWith(const ViewTemplate& view, std::uint32_t id);
+
+  /// Of every template, minus the error at the shift where it is smallest, as values in 8 bits have it; no
+  /// gate is asked.
+  void likeness(const ViewTemplate& view, std::vector<float>& values);
+
   std::size_t size() const { return packed_.size(); }
 
   /// Values of template `id` as they were added, to the last bit, row by row. @throws std::out_of_range.

@@ -152,6 +152,26 @@ std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view)
   return best;
 }
 
+TemplateMatch TemplateMatcher::compareWith(const ViewTemplate& view, std::uint32_t id) {
+  checkSize(view);
+  view_bytes_ = quantised(view.values);
+  std::optional<TemplateMatch> best;
+  if (id >= size()) throw std::out_of_range("view template: there is none of id " + std::to_string(id));
+  refine({0, 0, id}, view.values, best);
+  return *best;
+}
+
+void TemplateMatcher::likeness(const ViewTemplate& view, std::vector<float>& values) {
+  checkSize(view);
+  fine_.setView(view.values);
+  std::vector<std::uint32_t> sads(fine_.groupCount() * kGroupLanes);
+  fine_.smallestSads(0, fine_.groupCount(), sads.data());
+  const float scale = -1.0F / (255.0F * static_cast<float>(compared_values_));
+  values.resize(size());
+  std::transform(sads.begin(), sads.begin() + static_cast<std::ptrdiff_t>(size()), values.begin(),
+                 [scale](std::uint32_t sad) { return scale * static_cast<float>(sad); });
+}
+
 /// Fills coarse_sads_, kNoCandidate where the mean gate excludes a template, and returns the id of the
 /// smallest. Most groups are excluded or included as a whole by the range of their means.
 std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {

@@ -1,0 +1,131 @@
+/// Where among the learned places the robot may be: a belief that odometry moves along the ways driven and
+/// each view weighs, with "a place not yet known" as one of the possibilities.
+///
+/// For each view:
+///   1. Move. A place hands its belief on along its links by the way driven since the last view, blurred by
+///      the odometry's uncertainty and by half the distance between places (on a chain with one step a place
+///      about 0.1 stays, 0.8 goes to the next, 0.1 to the next but one). What would leave the links, and a
+///      hundredth of all else, goes to the place not yet known.
+///   2. Anywhere. A share of 1e-4 of what is not yet known may be at any learned place: only those that look
+///      most like the view are followed.
+///   3. Odometry's veto. Dead reckoning excludes places farther off than 4 standard deviations of what it may
+///      have drifted since they were last visited: that is what tells identical houses in a row apart. No
+///      odometry, and one that has started anew, excludes nothing.
+///   4. Weigh. Belief times exp(0.7 z), z being the likeness standardised over all places; a place not yet
+///      known counts as z = 1.5. How far the view is moved sideways (the lane) is believed in the same way and
+///      changes slowly.
+///
+/// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "ratslam/local_view/matcher.h"
+#include "ratslam/local_view/recall/place_graph.h"
+
+namespace ratslam {
+
+/// Motion between two views.
+struct ViewMotion {
+  double forward = 0.0;   ///< [m]
+  double rotation = 0.0;  ///< [rad]
+  /// Variances of the two [m^2, rad^2], where the odometry says.
+  std::optional<double> forward_variance;
+  std::optional<double> yaw_variance;
+  std::uint32_t epoch = 0;  ///< changes when dead reckoning is broken
+  /// Not measured: each view counts as one step on, and dead reckoning excludes nothing.
+  bool assumed = false;
+};
+
+/// The place most believed in.
+struct PlaceClaim {
+  std::uint32_t place = 0;
+  double confidence = 0.0;  ///< belief at it and within 2 links of it
+  /// Of each variant of the view, how like the place it looks against the others; they sum to 1.
+  std::vector<double> variant_weights;
+};
+
+struct PlaceMass {
+  std::uint32_t place = 0;
+  double mass = 0.0;
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("place", place);
+    fields("mass", mass);
+  }
+};
+
+class PlaceBelief {
+ public:
+  /// Belief in one claimed place above which it counts as recalled.
+  static constexpr double kClaim = 0.99;
+
+  /// The robot has moved since the last view.
+  void move(const ViewMotion& motion);
+
+  /// Steps 2 to 4. @param candidates places of lower number than this may be where the robot is.
+  /// @return the place most believed in; none where all belief is in places not yet known.
+  std::optional<PlaceClaim> weigh(const ViewLikeness& likeness, std::size_t candidates);
+
+  /// Candidates of a view while the robot maps: all but the last 10 learned and, from there back, all that
+  /// still look like the view: the robot has just left them.
+  std::size_t leftBehind(const ViewLikeness& likeness) const;
+
+  /// The robot is at this place, which may be the next new one; the way from the place before is remembered.
+  void arrive(std::uint32_t place);
+
+  /// The robot starts anew, most likely somewhere among the learned places, nobody knows where.
+  void wakeUp();
+
+  /// The `count` places most believed in, most first.
+  std::vector<PlaceMass> strongest(std::size_t count) const;
+  double unknown() const { return unknown_; }
+  std::size_t memoryBytes() const;
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("graph", graph_);
+    fields("active", active_);
+    fields("unknown", unknown_);
+    fields("variants", variants_);
+    fields("here", here_);
+    fields("at", at_);
+    fields("at_new", at_new_);
+    fields("since_arrival", since_arrival_);
+    fields("waking", waking_);
+    fields("measured", measured_);
+  }
+
+ private:
+  /// Of the likeness of all places.
+  struct Spread {
+    double mean = 0.0;
+    double deviation = 1.0;
+  };
+  static Spread spreadOf(const ViewLikeness& likeness);
+  bool excluded(std::uint32_t place) const;
+  void handOn(const PlaceMass& from, double driven, double sigma);
+  void seed(const ViewLikeness& likeness, std::size_t candidates);
+  void seedEverywhere(std::size_t candidates);
+  void collect(std::size_t places);
+  std::optional<PlaceClaim> claim(const ViewLikeness& likeness, const Spread& spread) const;
+
+  PlaceGraph graph_;
+  std::vector<PlaceMass> active_;  // by place
+  double unknown_ = 1.0;
+  std::vector<double> variants_;  // belief in each
+  DeadReckoning here_;
+  std::optional<std::uint32_t> at_;  // place of the last view
+  bool at_new_ = false;              // which that view was the first of
+  double since_arrival_ = 0.0;       // way driven since [m]
+  bool waking_ = false;              // no view since wakeUp()
+  bool measured_ = false;            // the motion, by odometry
+  // Buffers.
+  std::vector<PlaceMass> added_;
+  std::vector<PlaceAhead> around_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,146 @@
+"""evaluate_places: how well places are recognised."""
+
+import argparse
+import os
+import subprocess
+import tempfile
+
+import numpy as np
+
+from ratslam_tools import plotting
+from ratslam_tools.errors import InputError
+from ratslam_tools.evaluation import places
+from ratslam_tools.runs import runner
+
+EXAMPLES = """\
+examples:
+  evaluate_places nordland/summer nordland/winter --tolerance 1
+  evaluate_places kitti_00 --truth kitti_00/poses.txt --radius 3 --min-gap 100 --config config/kitti_orb.yaml
+  evaluate_places nordland/summer nordland/winter --open --tolerance 1
+  evaluate_places nordland/summer nordland/winter --starts 300 --tolerance 1
+"""
+
+
+def _arguments(argv):
+    parser = argparse.ArgumentParser(
+        description="Recall at rank 1, precision and recall of place recognition.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("ref", help="pass to learn, or the only recording: images, a KITTI sequence or a bag")
+    parser.add_argument("query", nargs="?", help="pass of the same route to ask with, image for image")
+    parser.add_argument("--tolerance", type=int, default=1, help="images that a right answer may be off (default 1)")
+    parser.add_argument("--descriptor", help="vt_descriptor: blocks, orientation")
+    parser.add_argument("--recall", help="vt_recall: nearest, belief")
+    parser.add_argument("--config", help="configuration with crop and view")
+    parser.add_argument("--truth", help="one recording: its true poses, KITTI format")
+    parser.add_argument("--radius", type=float, default=3.0, help="distance of a right place [m] (default 3)")
+    parser.add_argument("--min-gap", type=int, default=100, help="frames that a revisit lies apart (default 100)")
+    parser.add_argument("--open", action="store_true", help="map, and judge what the system itself recalls")
+    parser.add_argument("--starts", type=int, help="wake up at so many images of QUERY without knowing where")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="overrides the configuration")
+    parser.add_argument("--plot", help="file for the precision-recall curve")
+    parser.add_argument("--csv", help="keep the answers in this file")
+    return parser.parse_args(argv)
+
+
+def _ask(arguments, out):
+    command = [os.path.join(os.path.dirname(runner.find()), "ratslam_places"), arguments.ref, "--out", out]
+    if arguments.query:
+        command.insert(2, arguments.query)
+    for key, value in (("vt_descriptor", arguments.descriptor), ("vt_recall", arguments.recall)):
+        if value:
+            command += ["--set", f"{key}={value}"]
+    for assignment in arguments.set:
+        command += ["--set", assignment]
+    if arguments.config:
+        command += ["--config", arguments.config]
+    if arguments.open:
+        command.append("--open")
+    elif arguments.starts:
+        command += ["--starts", str(arguments.starts)]
+    elif not arguments.query:
+        command += ["--min-gap", str(arguments.min_gap)]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
+    if done.returncode != 0:
+        raise InputError(done.stderr.strip() or f"{command[0]} failed")
+    table = np.loadtxt(out, delimiter=",", skiprows=1, ndmin=2)
+    if len(table) == 0:
+        raise InputError(f"{arguments.ref}: no image was answered")
+    return table
+
+
+def _answers(table):
+    return places.Answers(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2], table[:, 3] > 0)
+
+
+def _count(path):
+    return sum(1 for name in os.listdir(path) if not name.startswith("."))
+
+
+def _truth(path):
+    rows = np.loadtxt(path, ndmin=2)
+    if rows.shape[1] != 12:
+        raise InputError(f"{path}: {rows.shape[1]} numbers a line; KITTI poses have 12")
+    poses = rows.reshape(-1, 3, 4)
+    return np.stack([poses[:, 2, 3], -poses[:, 0, 3]], axis=1), np.arctan2(-poses[:, 0, 2], poses[:, 2, 2])
+
+
+def _report_open(arguments, answers):
+    """The system's own recalls of what it did not see just before."""
+    recalls = answers.claimed & (answers.frame - answers.place >= arguments.min_gap)
+    if arguments.truth:
+        right, possible = places.by_truth(answers, *_truth(arguments.truth), arguments.radius, arguments.min_gap)
+    else:
+        first = _count(arguments.ref)
+        possible = answers.frame >= first
+        right = np.abs(answers.place - (answers.frame - first)) <= arguments.tolerance
+    right = right & recalls
+    print(f"frames that revisit a place: {possible.sum()}")
+    print(f"recalls: {recalls.sum()}, of these right: {right.sum()} ({_percent(right.sum(), recalls.sum())})")
+    print(f"revisiting frames recalled: {_percent((recalls & possible).sum(), possible.sum())}")
+    print(f"recalls where nothing is revisited: {(recalls & ~possible).sum()}")
+
+
+def _report_starts(arguments, table):
+    frames = table[:, 1].astype(int)
+    right = np.abs(table[:, 2].astype(int) - frames) <= arguments.tolerance
+    needed = frames - table[:, 0].astype(int) + 1
+    print(f"starts: {arguments.starts}, places claimed: {len(table)}, of these right: {right.sum()}")
+    print(f"frames until the claim: median {np.median(needed):.0f}, 90 %: {np.percentile(needed, 90):.0f}")
+
+
+def _percent(part, whole):
+    return f"{100.0 * part / whole:.1f} %" if whole else "-"
+
+
+def _report(arguments, answers):
+    if arguments.query:
+        right, possible = places.by_index(answers, arguments.tolerance)
+    elif arguments.truth:
+        right, possible = places.by_truth(answers, *_truth(arguments.truth), arguments.radius, arguments.min_gap)
+    else:
+        raise InputError("one recording needs --truth")
+    scores = places.score(answers, right, possible)
+    print(f"questions with a right place: {scores.questions} of {len(answers.frame)}")
+    print(f"right at rank 1:              {100 * scores.right_at_1:.1f} %")
+    print(f"area under the curve:         {100 * scores.auc:.1f} %")
+    print(f"recall at 100 % precision:    {100 * scores.recall_at_100:.1f} %")
+    print(f"recall at 99 % precision:     {100 * scores.recall_at_99:.1f} %")
+    print(f"claimed: {scores.claimed}, of these right: {_percent(scores.claimed_right, scores.claimed)}")
+    if arguments.plot:
+        label = f"{arguments.descriptor or 'configured'}, {arguments.recall or 'recall'}"
+        places.figure({label: scores}, plotting.load()).savefig(arguments.plot)
+
+
+def main(argv=None):
+    arguments = _arguments(argv)
+    with tempfile.TemporaryDirectory() as folder:
+        table = _ask(arguments, arguments.csv or os.path.join(folder, "answers.csv"))
+    if arguments.starts and not arguments.open:
+        _report_starts(arguments, table)
+    elif arguments.open:
+        _report_open(arguments, _answers(table))
+    else:
+        _report(arguments, _answers(table))
+    return 0

@@ -1,0 +1,102 @@
+"""Figures of place recognition, as the field defines them.
+
+Each question (a query image) has an answer (a place and a score) and may have right places. Recall at rank 1, the
+precision-recall curve over the score, the area under it and the recall at 100 % precision are those of VPR-Bench
+(Zaffar et al., IJCV 2021) and OpenSeqSLAM (Talbot et al., 2018): precision = right answers / answers given, recall =
+right answers / questions that have a right place.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Answers:
+    """One answer a question. frame, place: ints (place -1: none); score: floats, more is surer; claimed: bools."""
+
+    frame: np.ndarray
+    place: np.ndarray
+    score: np.ndarray
+    claimed: np.ndarray
+
+
+@dataclass(frozen=True)
+class PlaceScores:
+    """questions with a right place, share right at rank 1, area under the curve, recall at 100 % and 99 % precision,
+    answers the system itself claims and how many of these are right; and the curve."""
+
+    questions: int
+    right_at_1: float
+    auc: float
+    recall_at_100: float
+    recall_at_99: float
+    claimed: int
+    claimed_right: int
+    recall: np.ndarray
+    precision: np.ndarray
+
+
+def score(answers: Answers, right: np.ndarray, has_right_place: np.ndarray) -> PlaceScores:
+    """right, has_right_place: bools, one an answer."""
+    questions = int(has_right_place.sum())
+    given = answers.place >= 0
+    order = np.argsort(-answers.score[given], kind="stable")
+    hits = right[given][order]
+    scores = answers.score[given][order]
+    last_of_equals = np.append(np.diff(scores) != 0, True) if len(scores) else np.zeros(0, bool)
+    found = np.cumsum(hits)[last_of_equals]
+    taken = np.arange(1, len(hits) + 1)[last_of_equals]
+    recall = found / max(questions, 1)
+    precision = found / np.maximum(taken, 1)
+    curve_recall = np.concatenate([[0.0], recall])
+    curve_precision = np.concatenate([precision[:1] if len(precision) else [1.0], precision])
+    area = float(np.sum(np.diff(curve_recall) * (curve_precision[1:] + curve_precision[:-1]) / 2))
+
+    def recall_at(least):
+        return float(recall[precision >= least].max()) if (precision >= least).any() else 0.0
+
+    return PlaceScores(
+        questions,
+        float((right & has_right_place).sum() / max(questions, 1)),
+        area,
+        recall_at(1.0),
+        recall_at(0.99),
+        int(answers.claimed.sum()),
+        int((answers.claimed & right).sum()),
+        curve_recall,
+        curve_precision,
+    )
+
+
+def by_index(answers: Answers, tolerance: int):
+    """Two passes of one route, image for image: (right, has_right_place)."""
+    right = (answers.place >= 0) & (np.abs(answers.place - answers.frame) <= tolerance)
+    return right, np.ones(len(right), bool)
+
+
+def by_truth(answers: Answers, positions: np.ndarray, headings: np.ndarray, radius: float, min_gap: int):
+    """One recording with true positions (n, 2) [m] and headings (n,) [rad]: a right place is within `radius` metres
+    and 45 degrees, at least `min_gap` frames earlier. Returns (right, has_right_place)."""
+    right = np.zeros(len(answers.frame), bool)
+    has_right_place = np.zeros(len(answers.frame), bool)
+    for k, frame in enumerate(answers.frame):
+        before = np.arange(0, frame - min_gap + 1)
+        if len(before) == 0:
+            continue
+        turned = np.abs(np.angle(np.exp(1j * (headings[before] - headings[frame]))))
+        near = (np.linalg.norm(positions[before] - positions[frame], axis=1) <= radius) & (turned <= np.pi / 4)
+        has_right_place[k] = near.any()
+        right[k] = 0 <= answers.place[k] < len(before) and near[answers.place[k]]
+    return right, has_right_place
+
+
+def figure(curves: dict, pyplot):
+    """Precision over recall. curves: label -> PlaceScores."""
+    drawn, axes = pyplot.subplots(figsize=(6, 5), constrained_layout=True)
+    for label, scores in curves.items():
+        axes.plot(scores.recall, scores.precision, label=f"{label}: AUC {100 * scores.auc:.1f} %")
+    axes.set(xlabel="recall", ylabel="precision", xlim=(0, 1.01), ylim=(0, 1.01))
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower left")
+    return drawn

@@ -1,0 +1,102 @@
+#include "ratslam/local_view/block_sad/block_sad_pair.h"
+
+#include <algorithm>
+
+#include "ratslam/common/angles.h"
+#include "ratslam/local_view/block_sad/template_matcher.h"
+#include "ratslam/local_view/block_sad/view_template.h"
+
+namespace ratslam {
+namespace {
+
+/// Blocks that differ by less than one of 256 grey levels show nothing; of a single one nobody can tell.
+bool hasTexture(const BlockSums& blocks) {
+  if (blocks.sums.size() == 1) return true;
+  const auto [darkest, brightest] = std::minmax_element(blocks.sums.begin(), blocks.sums.end());
+  return (*brightest - *darkest) * 255 >= blocks.full_scale;
+}
+
+class BlockDescriptor : public ViewDescriptor {
+ public:
+  explicit BlockDescriptor(const TemplateParams& params) : params_(params) {}
+
+  View describe(const cv::Mat& image) override {
+    const BlockSums blocks = templateBlocks(image, params_);
+    View view;
+    view.textured = hasTexture(blocks);
+    view.variants.emplace_back();
+    std::vector<double>& values = view.variants.front().values;
+    values.assign(blocks.sums.begin(), blocks.sums.end());
+    values.push_back(static_cast<double>(blocks.full_scale));
+    return view;
+  }
+
+ private:
+  TemplateParams params_;
+};
+
+class BlockSadMatcher : public ViewMatcher {
+ public:
+  explicit BlockSadMatcher(const LocalViewParams& params) : params_(params), search_(params) {}
+
+  std::uint32_t add(const View& view) override { return search_.add(templateOf(view)); }
+  std::size_t size() const override { return search_.size(); }
+
+  std::optional<ViewMatch> findBest(const View& view) override {
+    const std::optional<TemplateMatch> best = search_.findBest(templateOf(view));
+    if (!best) return std::nullopt;
+    return matchOf(*best);
+  }
+
+  ViewMatch compareWith(const View& view, std::uint32_t id) override {
+    return matchOf(search_.compareWith(templateOf(view), id));
+  }
+
+  void compareAll(const View& view, ViewLikeness& likeness) override {
+    likeness.variants = 1;
+    likeness.places = search_.size();
+    search_.likeness(templateOf(view), likeness.values);
+  }
+
+  cv::Mat picture(std::uint32_t id) const override { return displayable(search_.bytes(id)); }
+  cv::Mat picture(const View& view) const override { return displayable(quantised(templateOf(view).values)); }
+
+  std::size_t memoryBytes() const override { return search_.memoryBytes(); }
+  void save(State& state) const override { search_.save(state); }
+  void load(const State& state) override { search_.load(state); }
+
+ private:
+  ViewTemplate templateOf(const View& view) const {
+    const std::vector<double>& values = view.variants.front().values;
+    BlockSums blocks;
+    blocks.columns = params_.view_template.x_size;
+    blocks.rows = params_.view_template.y_size;
+    blocks.sums.assign(values.begin(), values.end() - 1);
+    blocks.full_scale = static_cast<std::uint64_t>(values.back());
+    return makeViewTemplate(std::move(blocks), params_.view_template);
+  }
+
+  ViewMatch matchOf(const TemplateMatch& match) const {
+    const double turned =
+        params_.panoramic ? wrapAngle(2.0 * kPi * match.shift / params_.view_template.x_size) : 0.0;
+    return {match.id, turned, match.error, match.error <= params_.match_threshold};
+  }
+
+  /// An image of its own of 8-bit values that go row by row.
+  cv::Mat displayable(const std::vector<std::uint8_t>& bytes) const {
+    cv::Mat image(params_.view_template.y_size, params_.view_template.x_size, CV_8UC1);
+    std::copy(bytes.begin(), bytes.end(), image.begin<std::uint8_t>());
+    return image;
+  }
+
+  LocalViewParams params_;
+  TemplateMatcher search_;
+};
+
+}  // namespace
+
+ViewPair makeBlockSadPair(const LocalViewParams& params) {
+  return {std::make_unique<BlockDescriptor>(params.view_template), std::make_unique<BlockSadMatcher>(params)};
+}
+
+}  // namespace ratslam

@@ -1,0 +1,85 @@
+#include "ratslam/local_view/orientation/orientation_pair.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+
+#include "ratslam/common/angles.h"
+#include "ratslam/common/state.h"
+#include "ratslam/local_view/orientation/adaptation.h"
+#include "ratslam/local_view/orientation/byte_matcher.h"
+#include "ratslam/local_view/orientation/orientation_energy.h"
+#include "ratslam/local_view/orientation/orientation_picture.h"
+
+namespace ratslam {
+namespace {
+
+constexpr int kShiftStep = kOrientationCell / 2;  // [pixels of 64]: finer ones look too much alike
+constexpr int kLaneShift = kOrientationCell;      // of another lane
+constexpr double kLeastContrast = 1.0;            // [grey values^2] below which there is nothing to see
+
+/// How far the image is moved for each variant of a view [pixels of 64].
+std::vector<int> shiftsOf(bool panoramic) {
+  std::vector<int> shifts{0};
+  const int most = panoramic ? kOrientationColumns / 2 : kLaneShift;
+  for (int shift = kShiftStep; shift <= most; shift += kShiftStep) {
+    shifts.push_back(shift);
+    if (!panoramic || shift < most) shifts.push_back(-shift);  // half a turn is the same either way
+  }
+  return shifts;
+}
+
+/// How far a camera is turned [rad] whose image looks like another one when it is moved to the right by
+/// `shift` pixels of 64. Positive turns go to the left, and move what is seen to the right.
+double turnOf(int shift, const LocalViewParams& params) {
+  if (params.panoramic) return wrapAngle(2.0 * kPi * shift / kOrientationColumns);
+  const double half_angle = 0.5 * params.view_angle_deg * kPi / 180.0;
+  return -std::atan(2.0 * std::tan(half_angle) * shift / kOrientationColumns);
+}
+
+Adaptation::Sharing sharingOf(bool panoramic) {
+  if (!panoramic) return {};
+  return {static_cast<std::size_t>(kOrientationCellColumns), static_cast<std::size_t>(kOrientationBins)};
+}
+
+class OrientationDescriptor : public ViewDescriptor {
+ public:
+  explicit OrientationDescriptor(const LocalViewParams& params)
+      : params_(params),
+        shifts_(shiftsOf(params.panoramic)),
+        adaptation_(static_cast<std::size_t>(kOrientationValues), static_cast<std::size_t>(kOrientationBins),
+                    sharingOf(params.panoramic)) {}
+
+  View describe(const cv::Mat& image) override {
+    const OrientationEnergy energy(image, params_.view_template, params_.panoramic);
+    View view;
+    view.textured = energy.contrast() >= kLeastContrast;
+    const std::vector<double> as_seen = energy.values(0);
+    if (view.textured && !adaptation_.started()) adaptation_.start(as_seen);
+    for (const int shift : shifts_) {
+      view.variants.push_back(
+          {adaptation_.apply(shift == 0 ? as_seen : energy.values(shift)), turnOf(shift, params_)});
+    }
+    if (view.textured) adaptation_.learn(as_seen);
+    return view;
+  }
+
+  void save(State& state) const override { state.write(adaptation_); }
+  void load(const State& state) override { state.read(adaptation_); }
+
+ private:
+  LocalViewParams params_;
+  std::vector<int> shifts_;
+  Adaptation adaptation_;
+};
+
+}  // namespace
+
+ViewPair makeOrientationPair(const LocalViewParams& params) {
+  params.validate();
+  return {std::make_unique<OrientationDescriptor>(params),
+          std::make_unique<ByteMatcher>(static_cast<std::size_t>(kOrientationValues),
+                                        params.orientation_threshold, orientationPicture)};
+}
+
+}  // namespace ratslam

@@ -1,0 +1,275 @@
+#include "ratslam/local_view/recall/place_belief.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ratslam {
+namespace {
+
+constexpr double kSharpness = 0.7;      // beta of exp(beta z)
+constexpr double kUnknownZ = 1.5;       // of a place not yet known
+constexpr double kLeave = 0.01;         // share that takes a way not yet known, a view
+constexpr double kAnywhere = 1e-4;      // share of the unknown that may be at any known place, a view
+constexpr double kElsewhere = 0.01;     // of waking up at a place not yet known
+constexpr double kLaneChange = 0.02;    // share of the belief in shifts that is forgotten, a view
+constexpr double kBlur = 0.5;           // of the distance between places
+constexpr double kRelativeError = 0.1;  // of odometry that does not say how well it knows its motion
+constexpr double kLeastError = 0.03;    // of any odometry: its covariance does not know of all that is wrong
+constexpr double kVeto = 4.0;           // standard deviations
+constexpr double kVetoSpacings = 2.0;   // distances between places within which nothing is told apart
+constexpr std::size_t kFollowed = 128;  // places a view that belief may begin at
+constexpr std::size_t kFewest = 20;     // places of which a spread of likeness can be told
+constexpr std::size_t kJustLearned = 10;  // places
+constexpr double kStillLikeness = 2.0;    // z of places that the robot has just left
+constexpr double kPruned = 1e-3;          // of what one place gets of "anywhere": less is given up
+constexpr int kClaimLinks = 2;
+
+bool byPlace(const PlaceMass& a, const PlaceMass& b) { return a.place < b.place; }
+
+/// The likeness of a place at the shift where it is largest.
+float likest(const ViewLikeness& likeness, std::size_t place) {
+  float largest = likeness.row(0)[place];
+  for (std::size_t v = 1; v < likeness.variants; ++v) largest = std::max(largest, likeness.row(v)[place]);
+  return largest;
+}
+
+}  // namespace
+
+PlaceBelief::Spread PlaceBelief::spreadOf(const ViewLikeness& likeness) {
+  const float* row = likeness.row(0);
+  const double count = static_cast<double>(likeness.places);
+  double sum = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < likeness.places; ++i) {
+    const double value = static_cast<double>(row[i]);
+    sum += value;
+    squares += value * value;
+  }
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(squares / count - mean * mean, 1e-12))};
+}
+
+void PlaceBelief::move(const ViewMotion& motion) {
+  measured_ = !motion.assumed;
+  here_.heading += motion.rotation;
+  here_.x += motion.forward * std::cos(here_.heading);
+  here_.y += motion.forward * std::sin(here_.heading);
+  here_.way += std::abs(motion.forward);
+  const double by_default = kRelativeError * std::abs(motion.forward);
+  // What the odometry does not say counts as a share of the way, which adds up by itself in excluded().
+  if (motion.forward_variance) here_.forward_variance += *motion.forward_variance;
+  if (motion.yaw_variance) here_.yaw_variance += *motion.yaw_variance;
+  here_.epoch = motion.epoch;
+  since_arrival_ += motion.forward;
+  const double sigma = motion.forward_variance ? std::sqrt(*motion.forward_variance) : by_default;
+  added_.clear();
+  for (const PlaceMass& from : active_) handOn(from, motion.forward, sigma);
+  unknown_ += kLeave * (1.0 - unknown_);
+  collect(graph_.size());
+}
+
+/// Moves what is at one place along its links; what would go beyond their end is at a place not yet known.
+void PlaceBelief::handOn(const PlaceMass& from, double driven, double sigma) {
+  const double mass = (1.0 - kLeave) * from.mass;
+  double spacing = graph_.spacing(from.place);
+  if (spacing == 0.0) spacing = std::abs(driven);
+  const double blur = std::max({kBlur * spacing, sigma, 1e-9});
+  const double reach = 3.0 * blur;
+  graph_.around(from.place, std::max(reach - driven, 0.0), std::max(reach + driven, 0.0), around_);
+  double sum = 0.0;
+  double nearest_end = 0.0;
+  for (PlaceAhead& ahead : around_) {
+    nearest_end = std::max(nearest_end, ahead.distance * (driven < 0.0 ? -1.0 : 1.0));
+    const double off = (ahead.distance - driven) / blur;
+    ahead.distance = std::exp(-0.5 * off * off);
+    sum += ahead.distance;
+  }
+  const double beyond = nearest_end < std::abs(driven) ? std::abs(driven) - nearest_end : 0.0;
+  const double off = 1.0 - std::exp(-0.5 * beyond * beyond / (blur * blur));
+  unknown_ += mass * off;
+  if (!(sum > 0.0)) {
+    unknown_ += mass * (1.0 - off);
+    return;
+  }
+  for (const PlaceAhead& ahead : around_) {
+    added_.push_back({ahead.place, mass * (1.0 - off) * ahead.distance / sum});
+  }
+}
+
+/// Makes active_ of what has been added, in the order of places.
+void PlaceBelief::collect(std::size_t places) {
+  std::stable_sort(added_.begin(), added_.end(), byPlace);  // the order of equals decides about the bits
+  active_.clear();
+  const double least = kPruned * kAnywhere / static_cast<double>(std::max<std::size_t>(places, 1));
+  for (std::size_t i = 0; i < added_.size();) {
+    PlaceMass sum{added_[i].place, 0.0};
+    for (; i < added_.size() && added_[i].place == sum.place; ++i) sum.mass += added_[i].mass;
+    if (sum.mass >= least) {
+      active_.push_back(sum);
+    } else {
+      unknown_ += sum.mass;
+    }
+  }
+  added_.clear();
+}
+
+bool PlaceBelief::excluded(std::uint32_t place) const {
+  const PlaceVisit& then = graph_.lastVisit(place);
+  if (!measured_ || then.epoch != here_.epoch) return false;
+  const double way = here_.way - then.way;
+  const double said = here_.forward_variance - static_cast<double>(then.forward_variance) +
+                      (here_.yaw_variance - static_cast<double>(then.yaw_variance)) * way * way / 3.0;
+  const double share = here_.forward_variance > 0.0 ? kLeastError : kRelativeError;
+  const double sigma = std::sqrt(std::max(said, 0.0) + share * share * way * way);
+  const double apart =
+      std::hypot(static_cast<double>(then.x) - here_.x, static_cast<double>(then.y) - here_.y);
+  return apart > kVeto * sigma + kVetoSpacings * graph_.spacing(place);
+}
+
+std::size_t PlaceBelief::leftBehind(const ViewLikeness& likeness) const {
+  if (likeness.places <= kJustLearned) return 0;
+  const Spread spread = spreadOf(likeness);
+  std::size_t end = likeness.places - kJustLearned;
+  const auto still = [&](std::size_t place) {
+    return (static_cast<double>(likest(likeness, place)) - spread.mean) / spread.deviation > kStillLikeness;
+  };
+  while (end > 0 && still(end - 1)) --end;
+  return end;
+}
+
+void PlaceBelief::seedEverywhere(std::size_t candidates) {
+  for (std::size_t place = 0; place < candidates; ++place) {
+    added_.push_back(
+        {static_cast<std::uint32_t>(place), (1.0 - kElsewhere) / static_cast<double>(candidates)});
+  }
+  unknown_ = kElsewhere;
+}
+
+/// Lets belief begin at the places most like the view.
+void PlaceBelief::seed(const ViewLikeness& likeness, std::size_t candidates) {
+  std::vector<std::pair<float, std::uint32_t>> best;  // a heap, the least of them first
+  const auto more = [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
+  };
+  for (std::size_t place = 0; place < candidates; ++place) {
+    const std::pair<float, std::uint32_t> next{likest(likeness, place), static_cast<std::uint32_t>(place)};
+    if (best.size() == kFollowed && !more(next, best.front())) continue;
+    if (best.size() == kFollowed) {
+      std::pop_heap(best.begin(), best.end(), more);
+      best.pop_back();
+    }
+    best.push_back(next);
+    std::push_heap(best.begin(), best.end(), more);
+  }
+  const double each = unknown_ * kAnywhere / static_cast<double>(candidates);
+  for (const auto& [value, place] : best) {
+    if (excluded(place)) continue;
+    added_.push_back({place, each});
+    unknown_ -= each;
+  }
+}
+
+std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::size_t candidates) {
+  if (variants_.size() != likeness.variants) {
+    variants_.assign(likeness.variants, 1.0 / static_cast<double>(likeness.variants));
+  }
+  added_ = active_;
+  if (candidates < kFewest) candidates = 0;
+  for (PlaceMass& mass : added_) {
+    if (mass.place < candidates && !excluded(mass.place)) continue;
+    unknown_ += mass.mass;
+    mass.mass = 0.0;
+  }
+  if (candidates > 0) {
+    if (waking_) {
+      seedEverywhere(candidates);
+    } else {
+      seed(likeness, candidates);
+    }
+    waking_ = false;
+  }
+  collect(likeness.places);
+  const Spread spread = likeness.places > 0 ? spreadOf(likeness) : Spread{};
+  std::vector<double> of_variants(likeness.variants, 0.0);
+  double sum = 0.0;
+  for (PlaceMass& mass : active_) {
+    double weighed = 0.0;
+    for (std::size_t v = 0; v < likeness.variants; ++v) {
+      const double z = (static_cast<double>(likeness.row(v)[mass.place]) - spread.mean) / spread.deviation;
+      const double share = mass.mass * variants_[v] * std::exp(kSharpness * z);
+      of_variants[v] += share;
+      weighed += share;
+    }
+    mass.mass = weighed;
+    sum += weighed;
+  }
+  unknown_ *= std::exp(kSharpness * kUnknownZ);
+  sum += unknown_;
+  for (std::size_t v = 0; v < likeness.variants; ++v) {
+    const double believed = (of_variants[v] + unknown_ * variants_[v]) / sum;
+    variants_[v] = (1.0 - kLaneChange) * believed + kLaneChange / static_cast<double>(likeness.variants);
+  }
+  for (PlaceMass& mass : active_) mass.mass /= sum;
+  unknown_ /= sum;
+  return claim(likeness, spread);
+}
+
+std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const Spread& spread) const {
+  if (active_.empty()) return std::nullopt;
+  const auto less = [](const PlaceMass& a, const PlaceMass& b) { return a.mass < b.mass; };
+  PlaceClaim claim;
+  claim.place = std::max_element(active_.begin(), active_.end(), less)->place;
+  std::vector<std::uint32_t> near;
+  graph_.within(claim.place, kClaimLinks, near);
+  for (const std::uint32_t place : near) {
+    const auto found = std::lower_bound(active_.begin(), active_.end(), PlaceMass{place, 0.0}, byPlace);
+    if (found != active_.end() && found->place == place) claim.confidence += found->mass;
+  }
+  double sum = 0.0;
+  for (std::size_t v = 0; v < likeness.variants; ++v) {
+    const double z = (static_cast<double>(likeness.row(v)[claim.place]) - spread.mean) / spread.deviation;
+    claim.variant_weights.push_back(std::exp(z));
+    sum += claim.variant_weights.back();
+  }
+  for (double& weight : claim.variant_weights) weight /= sum;
+  return claim;
+}
+
+void PlaceBelief::arrive(std::uint32_t place) {
+  const bool is_new = place == graph_.size();
+  if (is_new) graph_.add();
+  graph_.visit(place, here_);
+  if (at_ == place) return;
+  // Between known places the links are there: what belief does not follow would only blur them.
+  if (at_ && (is_new || at_new_)) graph_.link(*at_, place, since_arrival_);
+  at_ = place;
+  at_new_ = is_new;
+  since_arrival_ = 0.0;
+}
+
+void PlaceBelief::wakeUp() {
+  active_.clear();
+  waking_ = true;
+  unknown_ = 1.0;
+  variants_.clear();
+  at_.reset();
+  since_arrival_ = 0.0;
+  ++here_.epoch;
+}
+
+std::vector<PlaceMass> PlaceBelief::strongest(std::size_t count) const {
+  std::vector<PlaceMass> sorted = active_;
+  count = std::min(count, sorted.size());
+  std::partial_sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count), sorted.end(),
+                    [](const PlaceMass& a, const PlaceMass& b) {
+                      return a.mass != b.mass ? a.mass > b.mass : a.place < b.place;
+                    });
+  sorted.resize(count);
+  return sorted;
+}
+
+std::size_t PlaceBelief::memoryBytes() const {
+  return graph_.memoryBytes() + active_.capacity() * sizeof(PlaceMass);
+}
+
+}  // namespace ratslam

@@ -1,0 +1,290 @@
+/// ratslam_places: what the local view recalls, written out frame by frame; scripts/evaluate_places judges it.
+#include <algorithm>
+#include <boost/program_options.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "ratslam/local_view/local_view_cells.h"
+#include "ratslam_ros/support/node_parameters.h"
+#include "recordings.h"
+
+namespace {
+
+using namespace ratslam;
+namespace po = boost::program_options;
+
+const char kUsage[] =
+    "Usage: ratslam_places REF QUERY --out FILE   learn one pass, ask with another of the same route\n"
+    "       ratslam_places STREAM --min-gap N --out FILE   ask with each frame for those at least N before\n"
+    "       ratslam_places STREAM [STREAM] --open --out FILE   map, and write what the system recalls\n"
+    "A pass is a folder of images (in the order of their names), a KITTI sequence folder or a bag. Each "
+    "image\n"
+    "counts as one step on.\n";
+
+/// Reads the images of a pass, in 8-bit grey or colour.
+class Images {
+ public:
+  explicit Images(const std::string& path) : path_(path) {
+    namespace fs = std::filesystem;
+    const bool plain =
+        fs::is_directory(path) && !fs::is_directory(path + "/image_0") && !fs::is_directory(path + "/images");
+    if (!plain) {
+      recording_ = openRecording(path, {});
+      items_ = std::make_unique<DecodeAhead>(*recording_, 2);
+      return;
+    }
+    for (const auto& entry : fs::directory_iterator(path)) {
+      const std::string name = entry.path().filename().string();
+      if (name.front() != '.' && cv::haveImageReader(entry.path().string())) {
+        files_.push_back(entry.path().string());
+      }
+    }
+    if (files_.empty()) throw std::runtime_error(path + ": no image in this folder");
+    std::sort(files_.begin(), files_.end(), [](const std::string& a, const std::string& b) {
+      return a.size() != b.size() ? a.size() < b.size() : a < b;  // numbers without leading zeros, too
+    });
+  }
+
+  /// The next image, none at the end. @throws std::runtime_error naming an unreadable one
+  std::optional<cv::Mat> next() {
+    if (items_) {
+      while (auto item = items_->next()) {
+        if (!std::holds_alternative<DecodedImage>(*item)) continue;
+        const auto& image = std::get<DecodedImage>(*item);
+        if (image.image.empty()) throw std::runtime_error(image.name + ": " + image.error);
+        return image.image;
+      }
+      return std::nullopt;
+    }
+    if (next_ == files_.size()) return std::nullopt;
+    const std::string& file = files_[next_++];
+    cv::Mat image = cv::imread(file, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    if (image.empty()) throw std::runtime_error(file + ": cannot read this image");
+    return image;
+  }
+
+ private:
+  std::string path_;
+  std::unique_ptr<Recording> recording_;
+  std::unique_ptr<DecodeAhead> items_;
+  std::vector<std::string> files_;
+  std::size_t next_ = 0;
+};
+
+struct Options {
+  std::vector<std::string> passes;
+  std::string config;
+  std::string out;
+  std::vector<std::string> assignments;
+  std::size_t min_gap = 0;
+  std::size_t starts = 0;
+  bool open = false;
+};
+
+std::optional<Options> parse(int argc, char** argv) {
+  Options options;
+  po::options_description visible("Options");
+  const auto add = [&visible](const char* name, const po::value_semantic* value, const char* meaning) {
+    visible.add_options()(name, value, meaning);
+  };
+  add("out", po::value(&options.out), "CSV file to write");
+  add("config", po::value(&options.config), "YAML file, or an OpenRatSLAM .txt configuration: crop and view");
+  add("set", po::value(&options.assignments)->composing(), "key=value, overrides the configuration");
+  add("min-gap", po::value(&options.min_gap), "one recording: frames that a revisit lies apart at least");
+  add("starts", po::value(&options.starts),
+      "forget the place before each of so many frames of QUERY, spread evenly, and go on from there");
+  add("open", po::bool_switch(&options.open), "map and recall as the system does");
+  visible.add_options()("help,h", "this text");
+  po::options_description all;
+  all.add(visible).add_options()("pass", po::value(&options.passes));
+  po::positional_options_description positional;
+  positional.add("pass", -1);
+  po::variables_map values;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
+  po::notify(values);
+  if (values.count("help") != 0) {
+    std::cout << kUsage << visible;
+    return std::nullopt;
+  }
+  const std::size_t passes = options.passes.size();
+  if (options.out.empty() || passes == 0 || passes > 2 ||
+      (passes == 1 && !options.open && options.min_gap == 0)) {
+    throw std::invalid_argument(
+        "one pass with --min-gap or --open, or two, and --out are needed; see --help");
+  }
+  return options;
+}
+
+LocalViewParams parametersOf(const Options& options) {
+  ParameterMap map;
+  if (!options.config.empty()) map = ParameterMap::fromFile(options.config);
+  for (const std::string& assignment : options.assignments) map.setFromAssignment(assignment);
+  map.rejectUnknown(systemKeys());
+  LocalViewParams params;
+  map.read(params);
+  return params;
+}
+
+/// One step on, as far as anybody knows.
+ViewMotion step() {
+  ViewMotion motion;
+  motion.forward = 1.0;
+  motion.assumed = true;
+  return motion;
+}
+
+/// Learned places and what is asked of them.
+class Places {
+ public:
+  explicit Places(const LocalViewParams& params)
+      : params_(params), pair_(DescriptorRegistry::builtIn().make(params)) {}
+
+  /// Another session on the same map: what the descriptor has adapted to is forgotten.
+  void startSession() {
+    pair_.descriptor = DescriptorRegistry::builtIn().make(params_).descriptor;
+    wakeUp();
+  }
+  void wakeUp() { belief_.wakeUp(); }
+  View describe(const cv::Mat& image) { return pair_.descriptor->describe(image); }
+
+  void learn(const View& view) {
+    belief_.move(step());
+    belief_.arrive(pair_.matcher->add(view));
+  }
+
+  struct Answer {
+    std::int64_t place = -1;
+    double score = -std::numeric_limits<double>::infinity();
+    bool claimed = false;
+  };
+
+  /// The place of a view among those of lower number than `end`.
+  Answer ask(const View& view, std::size_t end) {
+    Answer answer;
+    if (end == 0 || !view.textured) return answer;
+    pair_.matcher->compareAll(view, likeness_);
+    if (params_.believes()) {
+      const auto claim = belief_.weigh(likeness_, end);
+      if (claim) answer = {claim->place, claim->confidence, claim->confidence > PlaceBelief::kClaim};
+      return answer;
+    }
+    for (std::size_t v = 0; v < likeness_.variants; ++v) {
+      const float* row = likeness_.row(v);
+      const float* best = std::max_element(row, row + end);
+      if (static_cast<double>(*best) > answer.score) answer = {best - row, static_cast<double>(*best), false};
+    }
+    answer.claimed = pair_.matcher->compareWith(view, static_cast<std::uint32_t>(answer.place)).same_place;
+    return answer;
+  }
+
+  /// The robot moves on without learning.
+  void moveOn() { belief_.move(step()); }
+  std::size_t size() const { return pair_.matcher->size(); }
+
+ private:
+  LocalViewParams params_;
+  ViewPair pair_;
+  PlaceBelief belief_;
+  ViewLikeness likeness_;
+};
+
+void write(std::ostream& out, std::size_t frame, const Places::Answer& answer) {
+  out << frame << ',' << answer.place << ',' << answer.score << ',' << (answer.claimed ? 1 : 0) << '\n';
+}
+
+void askSecondPass(const Options& options, const LocalViewParams& params, std::ostream& out) {
+  Places places(params);
+  Images learned(options.passes[0]);
+  while (const auto image = learned.next()) places.learn(places.describe(*image));
+  places.startSession();
+  std::vector<View> views;
+  Images asked(options.passes[1]);
+  std::size_t asked_frames = 0;
+  while (const auto image = asked.next()) {
+    const std::size_t frame = asked_frames++;
+    const View view = places.describe(*image);
+    if (options.starts > 0) {
+      views.push_back(view);
+      continue;
+    }
+    places.moveOn();
+    write(out, frame, places.ask(view, places.size()));
+  }
+  for (std::size_t start = 0; start < options.starts; ++start) {
+    const std::size_t first = start * views.size() / options.starts;
+    places.wakeUp();
+    for (std::size_t frame = first; frame < views.size(); ++frame) {
+      places.moveOn();
+      const Places::Answer answer = places.ask(views[frame], places.size());
+      if (!answer.claimed) continue;
+      out << first << ',';
+      write(out, frame, answer);
+      break;
+    }
+  }
+}
+
+void askOneRecording(const Options& options, const LocalViewParams& params, std::ostream& out) {
+  Places places(params);
+  Images images(options.passes[0]);
+  std::size_t frames = 0;
+  while (const auto image = images.next()) {
+    const std::size_t frame = frames++;
+    const View view = places.describe(*image);
+    places.learn(view);  // moves on
+    write(out, frame, places.ask(view, frame >= options.min_gap ? frame - options.min_gap + 1 : 0));
+  }
+}
+
+void mapAndRecall(const Options& options, const LocalViewParams& params, std::ostream& out) {
+  LocalViewCells cells(params);
+  std::vector<std::size_t> learned_at;
+  std::size_t frame = 0;
+  for (const std::string& pass : options.passes) {
+    Images images(pass);
+    while (const auto image = images.next()) {
+      const std::size_t now = frame++;
+      const auto event = cells.observe(static_cast<Stamp>(now), *image);
+      if (!event.seen()) continue;
+      if (event.learned) learned_at.push_back(now);
+      out << now << ',' << learned_at[event.id] << ',' << event.error << ',' << (event.learned ? 0 : 1)
+          << '\n';
+    }
+  }
+}
+
+void run(const Options& options) {
+  const LocalViewParams params = parametersOf(options);
+  std::ofstream out(options.out);
+  if (!out) throw std::runtime_error(options.out + ": cannot write this file");
+  out.precision(std::numeric_limits<double>::max_digits10);
+  out << (options.starts > 0 ? "start," : "") << "frame,place,score,claimed\n";
+  if (options.open) {
+    mapAndRecall(options, params, out);
+  } else if (options.passes.size() == 2) {
+    askSecondPass(options, params, out);
+  } else {
+    askOneRecording(options, params, out);
+  }
+  out.flush();
+  if (!out) throw std::runtime_error(options.out + ": cannot write this file");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const auto options = parse(argc, argv);
+    if (options) run(*options);
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ratslam_places: " << error.what() << '\n';
+    return 1;
+  }
+}
