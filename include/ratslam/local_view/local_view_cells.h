@@ -58,8 +58,8 @@ class LocalViewCells {
   /// @param image of the view, for the verifier alone.
   /// @param motion since the view before; only belief asks for it.
   /// @param verifier asked about recalls and told of learned views; null: every recall stands.
-  ViewEvent observe(Stamp stamp, const View& view, const cv::Mat& image,
-                                   const ViewMotion& motion, RecallVerifier* verifier = nullptr);
+  ViewEvent observe(Stamp stamp, const View& view, const cv::Mat& image, const ViewMotion& motion,
+                    RecallVerifier* verifier = nullptr);
 
   /// Both, each image counting as one step on.
   ViewEvent observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier = nullptr);

@@ -76,7 +76,7 @@ LocalViewCells::Candidate LocalViewCells::mostBelieved(const View& view) {
 }
 
 ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& image,
-                                                 const ViewMotion& motion, RecallVerifier* verifier) {
+                                  const ViewMotion& motion, RecallVerifier* verifier) {
   if (params_.believes()) belief_.move(motion);
   if (!view.textured) {
     ViewEvent nothing;
@@ -112,8 +112,7 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& 
   return event;
 }
 
-ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image,
-                                                 RecallVerifier* verifier) {
+ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier) {
   ViewMotion step;
   step.forward = 1.0;
   step.assumed = true;

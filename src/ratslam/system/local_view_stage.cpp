@@ -37,8 +37,7 @@ void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
 
 LocalViewStage::LocalViewStage(const LocalViewParams& params, const RecallGeometryParams& recall_params,
                                const OdometryStreamParams& stream)
-    : recall_params_(recall_params), cells_(params), gate_(false, stream) {
-}
+    : recall_params_(recall_params), cells_(params), gate_(false, stream) {}
 
 void LocalViewStage::setCamera(const CameraModel& camera) {
   if (recall_params_.verifies()) recall_check_ = std::make_unique<RecallCheck>(recall_params_, camera);
