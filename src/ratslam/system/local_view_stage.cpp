@@ -46,13 +46,10 @@ void LocalViewStage::setCamera(const CameraModel& camera) {
 SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
   if (!needsOdometry()) return SampleVerdict::kAccepted;
   const SampleVerdict verdict = gate_.addOdometry(sample);
-  if (verdict == SampleVerdict::kNotFinite || verdict == SampleVerdict::kRepeatedStamp ||
-      verdict == SampleVerdict::kLate) {
-    return verdict;
-  }
+  if (verdict != SampleVerdict::kAccepted && verdict != SampleVerdict::kTimeWentBack) return verdict;
   const bool back = verdict == SampleVerdict::kTimeWentBack;
   if (back) certainties_.clear();
-  if (back || (last_sample_ && sample.epoch != source_epoch_)) ++epoch_;
+  if (last_sample_ && sample.epoch != source_epoch_) ++epoch_;
   Certainty certainty;
   certainty.stamp = sample.stamp;
   certainty.epoch = epoch_;
@@ -120,6 +117,7 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
     certainties_.pop_front();
   }
   if (!certainties_.empty()) motion.epoch = certainties_.front().epoch;
+  motion.epoch += static_cast<std::uint32_t>(gate_.beginnings());
   if (said) {
     motion.forward_variance = forward_variance;
     motion.yaw_variance = yaw_variance;
