@@ -45,12 +45,14 @@ foreach(file ${candidates})
     endif()
   endif()
 endforeach()
-# On PATH once the devel space is sourced, and not where rosrun looks.
-file(MAKE_DIRECTORY ${CATKIN_DEVEL_PREFIX}/bin)
+# On PATH once the devel space is sourced: by links in the build folder, where rosrun does not look, as it would find
+# each script twice.
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 foreach(file ${python_scripts})
   get_filename_component(name ${file} NAME)
-  execute_process(COMMAND ${CMAKE_COMMAND} -E create_symlink ${file} ${CATKIN_DEVEL_PREFIX}/bin/${name})
+  execute_process(COMMAND ${CMAKE_COMMAND} -E create_symlink ${file} ${PROJECT_BINARY_DIR}/bin/${name})
 endforeach()
+catkin_add_env_hooks(50.ratslam_scripts SHELLS sh DIRECTORY ${PROJECT_SOURCE_DIR}/cmake)
 install(PROGRAMS ${python_scripts} DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY scripts/ratslam_tools DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} PATTERN __pycache__ EXCLUDE)
 

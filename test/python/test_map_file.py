@@ -79,7 +79,7 @@ def without_timing(summary):
     return content
 
 
-@pytest.mark.parametrize("stops", [[1], [37], [60, 61, 100]])
+@pytest.mark.parametrize("stops", [[2], [37], [60, 61, 100]])
 def test_a_run_in_parts_leaves_what_one_run_leaves(programs, drive, whole, tmp_path, stops):
     words = []
     begin = 0

@@ -150,16 +150,19 @@ def test_the_whole_system_frame_by_frame():
     strip = np.random.RandomState(3).randint(0, 256, (60, 160 + 40 * 6)).astype(np.uint8)
     system = ratslam.Pipeline(odometry="external", pc_dim_xy=11, pc_cell_x_size=0.5, **VIEW)
     assert system.parameters["pc_dim_xy"] == 11
+    learned = []
     for lap in range(2):
         for index in range(40):
             stamp = 0.1 * (40 * lap + index)
             system.add_odometry(stamp, speed=1.0, yaw_rate=2 * np.pi / 4)
             done = system.add_image(stamp, strip[:, 6 * index : 6 * index + 160])
             assert len(done["views"]) == 1 and len(done["actions"]) == 1 and done["told"] == ""
-    assert system.templates == 40 and system.activity.shape == (36, 11, 11)
+        learned.append(system.templates)
+    assert learned[0] > 10 and learned[1] == learned[0], "the second lap is recalled"
+    assert system.activity.shape == (36, 11, 11)
     assert system.links["recall"].any() and len(system.experiences) < 60
     assert system.final_trajectory.shape[1] == 6
-    assert "late" in system.add_image(0.05 * 79, strip[:, :160])["told"] or system.templates == 40
+    assert "late" in system.add_image(0.05 * 79, strip[:, :160])["told"]
     for settings, words in (({"odometry": "orb"}, "needs the camera"), ({"odometry": "topic"}, "made of images")):
         with pytest.raises(ValueError, match=words):
             ratslam.Pipeline(**settings)

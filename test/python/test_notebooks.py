@@ -42,7 +42,6 @@ def test_notebook(path, monkeypatch, tmp_path):
         except InputError:
             pytest.skip("ratslam_run is not built")
         monkeypatch.setenv("FRAMES", "60")
-        monkeypatch.setenv("SIZE", "320x120")
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     shown = []
 

@@ -79,7 +79,7 @@ void Pipeline::track(const ImageFrame& frame, Progress& progress) {
 void Pipeline::observe(const ImageFrame& frame, Progress& progress) {
   try {
     const Stopwatch watch(times_.local_view);
-    local_view_.addFrame(frame);
+    if (local_view_.addFrame(frame) == EventVerdict::kLate) ++late_views_;
   } catch (const std::invalid_argument& e) {
     progress.refusals.emplace_back(e.what());
   }
