@@ -27,6 +27,12 @@ class EventGate {
 
   /// kTimeWentBack: the sample opens a new time, which begins once the events have gone back, too.
   SampleVerdict addOdometry(const OdometrySample& sample) {
+    // The new time may run past the end of the old one before the events have gone back.
+    if (!earlier_.empty() && sample.stamp > earlier_.back().stamp &&
+        secondsBetween(earlier_.back().stamp, sample.stamp) < params_.time_reset) {
+      keepForTheNewTime(sample);
+      return SampleVerdict::kAccepted;
+    }
     const SampleVerdict verdict = odometry_.push(sample);
     if (verdict == SampleVerdict::kAccepted) earlier_.clear();  // of another source: this one goes on
     if (verdict != SampleVerdict::kTimeWentBack) return verdict;
@@ -40,8 +46,7 @@ class EventGate {
       earlier_.clear();
     }
     const bool first = earlier_.empty();
-    earlier_.push_back(sample);
-    if (earlier_.size() > kMostEarlier) earlier_.pop_front();
+    keepForTheNewTime(sample);
     return first ? SampleVerdict::kTimeWentBack : SampleVerdict::kAccepted;
   }
 
@@ -106,6 +111,11 @@ class EventGate {
 
  private:
   static constexpr std::size_t kMostEarlier = 10000;
+
+  void keepForTheNewTime(const OdometrySample& sample) {
+    earlier_.push_back(sample);
+    if (earlier_.size() > kMostEarlier) earlier_.pop_front();
+  }
 
   void startAnew(std::deque<OdometrySample> samples) {
     odometry_.reset();

@@ -1,0 +1,48 @@
+#include "ratslam/system/event_gate.h"
+
+#include <gtest/gtest.h>
+
+namespace ratslam {
+namespace {
+
+constexpr Stamp kTenth = 100000000;
+
+struct Event {
+  Stamp stamp = 0;
+};
+
+OdometrySample forward(Stamp stamp) {
+  OdometrySample sample;
+  sample.stamp = stamp;
+  sample.speed = 1.0;
+  return sample;
+}
+
+/// Way driven by the events of a recording of 5 s that is played twice, the odometry `ahead` samples before
+/// the events.
+std::vector<double> waysOfALoop(int ahead) {
+  constexpr int kLap = 50;
+  EventGate<Event> gate(false);
+  std::vector<double> ways;
+  for (int k = 0; k < 2 * kLap + ahead; ++k) {
+    if (k < 2 * kLap) gate.addOdometry(forward(100 * kTenth + k % kLap * kTenth));
+    if (k < ahead) continue;
+    gate.addEvent({100 * kTenth + (k - ahead) % kLap * kTenth});
+    while (const Event* event = gate.ready()) {
+      double way = 0.0;
+      for (const TimedStep& timed : gate.motionUntil(event->stamp)) way += timed.step.forward;
+      ways.push_back(way);
+      gate.pop();
+    }
+  }
+  return ways;
+}
+
+TEST(EventGate, ALoopedRecordingGivesTheSameHoweverFarTheOdometryRunsAhead) {
+  const std::vector<double> together = waysOfALoop(0);
+  ASSERT_EQ(together.size(), 100U);
+  for (const int ahead : {1, 7, 45, 49}) EXPECT_EQ(waysOfALoop(ahead), together) << ahead << " samples ahead";
+}
+
+}  // namespace
+}  // namespace ratslam
