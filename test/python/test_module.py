@@ -162,10 +162,10 @@ def test_the_whole_system_frame_by_frame():
     assert system.activity.shape == (36, 11, 11)
     assert system.links["recall"].any() and len(system.experiences) < 60
     assert system.final_trajectory.shape[1] == 6
-    assert "late" in system.add_image(0.05 * 79, strip[:, :160])["told"]
+    assert "late" in system.add_image(0.1 * 79 - 0.45, strip[:, :160])["told"]
     for settings, words in (({"odometry": "orb"}, "needs the camera"), ({"odometry": "topic"}, "made of images")):
         with pytest.raises(ValueError, match=words):
-            ratslam.Pipeline(**settings)
+            ratslam.Pipeline(**settings, **VIEW)
     with pytest.raises(ValueError, match="no parameter has this name"):
         ratslam.Pipeline(pc_dim_zz=3)
 
