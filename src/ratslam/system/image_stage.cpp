@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
 
+#include "ratslam/camera/equal_pixels.h"
 #include "ratslam/common/state.h"
 #include "ratslam/common/state_image.h"
 #include "ratslam/system/image_texture.h"
@@ -40,15 +40,6 @@ std::string secondsText(double seconds) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.6g s", seconds);
   return text;
-}
-
-bool equalPixels(const cv::Mat& a, const cv::Mat& b) {
-  if (a.type() != b.type() || a.size() != b.size()) return false;
-  const std::size_t row_bytes = static_cast<std::size_t>(a.cols) * a.elemSize();
-  for (int row = 0; row < a.rows; ++row) {
-    if (std::memcmp(a.ptr(row), b.ptr(row), row_bytes) != 0) return false;
-  }
-  return true;
 }
 
 /// Bits that the largest value needs, as sensors have them: 8, 10, 12, 14 or 16; 0 for a black image.
