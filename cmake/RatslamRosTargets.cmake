@@ -25,14 +25,18 @@ foreach(source ${node_mains})
   list(APPEND node_targets ${target})
 endforeach()
 
+add_library(ratslam_nodelets MODULE src/nodelets/nodelets.cpp)
+target_link_libraries(ratslam_nodelets PRIVATE ratslam_ros)
+ratslam_warnings(ratslam_nodelets)
+
 # Programs need not be told where the libraries beside them lie, in the build folder or once installed.
-set_target_properties(ratslam_ros PROPERTIES INSTALL_RPATH "$ORIGIN")
+set_target_properties(ratslam_ros ratslam_nodelets PROPERTIES INSTALL_RPATH "$ORIGIN")
 set_target_properties(${node_targets} PROPERTIES INSTALL_RPATH "$ORIGIN/..")
-install(TARGETS ratslam_ros LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+install(TARGETS ratslam_ros ratslam_nodelets LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 install(TARGETS ${node_targets} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY include/ratslam_ros DESTINATION ${CATKIN_GLOBAL_INCLUDE_DESTINATION})
 install(DIRECTORY launch config docs DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-install(FILES LICENSE README.md DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(FILES LICENSE README.md nodelets.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 # The Python scripts, and beside them the package they share. No catkin_install_python: its relays in the devel space
 # would give rosrun two programs of each name, and ours name their interpreter already.
 file(GLOB candidates CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/*)

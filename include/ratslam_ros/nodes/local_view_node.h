@@ -19,8 +19,9 @@ namespace ratslam {
 
 class LocalViewNode {
  public:
+  /// @param own  handle of its private names
   /// @throws std::invalid_argument for bad parameters
-  LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters);
+  LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
   /// Writes what it has learned; to be called when the node ends.
   void finish();

@@ -24,8 +24,9 @@ namespace ratslam {
 
 class MapNode {
  public:
+  /// @param own  handle of its private names
   /// @throws std::invalid_argument for bad parameters
-  MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters);
+  MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
   /// Publishes the map a last time and writes the trajectories; to be called when the node ends.
   void finish();

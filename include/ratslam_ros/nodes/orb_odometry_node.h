@@ -15,8 +15,9 @@ namespace ratslam {
 
 class OrbOdometryNode {
  public:
+  /// @param own  handle of its private names
   /// @throws std::invalid_argument for bad parameters
-  OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters);
+  OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
  private:
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);

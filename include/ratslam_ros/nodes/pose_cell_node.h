@@ -20,8 +20,9 @@ namespace ratslam {
 
 class PoseCellNode {
  public:
+  /// @param own  handle of its private names
   /// @throws std::invalid_argument for bad parameters
-  PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters);
+  PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
   /// Writes what it has learned; to be called when the node ends.
   void finish();

@@ -14,8 +14,9 @@ namespace ratslam {
 
 class ProfileOdometryNode {
  public:
+  /// @param own  handle of its private names
   /// @throws std::invalid_argument for bad parameters
-  ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters);
+  ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
  private:
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);

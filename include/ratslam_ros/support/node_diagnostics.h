@@ -25,7 +25,8 @@ class RateMeter {
 
 class NodeDiagnostics {
  public:
-  explicit NodeDiagnostics(const ros::NodeHandle& handle);
+  /// @param own  handle of the node's private names; the namespace of these names it in diagnostics
+  NodeDiagnostics(const ros::NodeHandle& handle, const ros::NodeHandle& own);
 
   /// @param name  of the part   @param describe  sets level, words and values
   void add(const std::string& name, std::function<void(DiagnosticStatus&)> describe);

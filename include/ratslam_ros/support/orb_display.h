@@ -16,7 +16,8 @@ namespace ratslam {
 
 class OrbDisplay {
  public:
-  explicit OrbDisplay(const NodeParams& params);
+  /// @param own  handle of the node's private names
+  OrbDisplay(const NodeParams& params, ros::NodeHandle own);
 
   /// @param seconds  computing time of this image
   void show(const std_msgs::Header& header, const cv::Mat& image, const CameraModel& camera,

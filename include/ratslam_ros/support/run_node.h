@@ -28,7 +28,7 @@ int runNode(int argc, char** argv, const std::string& name) {
   ros::NodeHandle handle;  // both outlive the catch, else its message is lost
   ros::NodeHandle private_handle("~");
   try {
-    Node node(handle, loadNodeParameters(argc, argv, private_handle));
+    Node node(handle, loadNodeParameters(argc, argv, private_handle), private_handle);
     std::string failure;
     try {
       spinUntilStopped();

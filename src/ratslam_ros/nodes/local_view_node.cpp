@@ -8,7 +8,8 @@
 
 namespace ratslam {
 
-LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters)
+LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters,
+                             const ros::NodeHandle& own)
     : params_(readParams<NodeParams>(parameters)),
       stage_(readParams<LocalViewParams>(parameters), readParams<RecallGeometryParams>(parameters),
              readParams<OdometryStreamParams>(parameters)),
@@ -24,14 +25,14 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       odometry_timeout_(params_.sync_timeout),
       images_(handle, parameters, cameraHandler(),
               [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
-      diagnostics_(handle) {
+      diagnostics_(handle, own) {
   if (!stage_.needsCamera()) resume();
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
   outputs_.push_back(handle.advertise<ratslam_ros::ViewTemplate>(topic("LocalView/Template"), 0));
   if (stage_.needsCamera()) {
     outputs_.push_back(handle.advertise<ratslam_ros::RecallGeometry>(topic("LocalView/RecallGeometry"), 0));
   }
-  gate_.emplace(handle, outputs_, params_.wait_for_subscribers, [this] { start(); });
+  gate_.emplace(handle, own, outputs_, params_.wait_for_subscribers, [this] { start(); });
   diagnostics_.addImages(images_.subscriber());
   diagnostics_.add("places", [this](DiagnosticStatus& status) {
     status.summaryf(DiagnosticStatus::OK, "%zu templates", stage_.cells().size());

@@ -7,7 +7,7 @@
 
 namespace ratslam {
 
-MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
+MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, const ros::NodeHandle& own)
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
       verifies_(readParams<RecallGeometryParams>(parameters).verifies()),
@@ -35,7 +35,7 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters)
               }),
       silence_(params_.sync_timeout),
       rivals_(handle_, odometry_.topic()),
-      diagnostics_(handle_) {
+      diagnostics_(handle_, own) {
   if (!params_.trajectory_file.empty()) {
     requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
   }

@@ -4,17 +4,19 @@
 
 namespace ratslam {
 
-OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters)
+OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters,
+                                 const ros::NodeHandle& own)
     : params_(readParams<NodeParams>(parameters)),
       odometry_params_(readParams<OrbOdometryParams>(parameters)),
       publisher_(handle, params_),
-      display_(params_),
+      display_(params_, own),
       images_(
           handle, parameters,
           [this](const CameraModel& camera) { source_.emplace(camera, odometry_params_); },
           [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
-      diagnostics_(handle) {
-  gate_.emplace(handle, publisher_.publishers(), params_.wait_for_subscribers, [this] { images_.start(); });
+      diagnostics_(handle, own) {
+  gate_.emplace(handle, own, publisher_.publishers(), params_.wait_for_subscribers,
+                [this] { images_.start(); });
   diagnostics_.addImages(images_.subscriber());
   diagnostics_.add("visual odometry", [this](DiagnosticStatus& status) {
     display_.describe(status, source_ ? &source_->odometry() : nullptr);

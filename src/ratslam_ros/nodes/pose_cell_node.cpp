@@ -7,7 +7,7 @@
 
 namespace ratslam {
 
-PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters)
+PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own)
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
       stage_(readParams<PoseCellParams>(parameters), readParams<OdometryStreamParams>(parameters)),
@@ -29,11 +29,11 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       views_watch_(handle.resolveName(topicName(params_.topic_root, "LocalView/Template")),
                    "ratslam_ros/ViewTemplate"),
       odometry_timeout_(params_.sync_timeout),
-      diagnostics_(handle_) {
+      diagnostics_(handle_, own) {
   if (const auto state = checkpoints_.resume()) stage_.load(*state);
   stage_.setLearning(!params_.localise_only);
   session_.known = static_cast<std::uint32_t>(stage_.cells().experiences());
-  gate_.emplace(handle, std::vector<ros::Publisher>{state_publisher_, action_publisher_},
+  gate_.emplace(handle, own, std::vector<ros::Publisher>{state_publisher_, action_publisher_},
                 params_.wait_for_subscribers, [this] { start(); });
   watch_timer_ =
       handle.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });

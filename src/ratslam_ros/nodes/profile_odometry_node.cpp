@@ -4,7 +4,8 @@
 
 namespace ratslam {
 
-ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters)
+ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters,
+                                         const ros::NodeHandle& own)
     : params_(readParams<NodeParams>(parameters)),
       odometry_params_(readParams<ProfileOdometryParams>(parameters)),
       source_(odometry_params_),
@@ -12,8 +13,9 @@ ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const Parameter
       images_(handle, params_, readParams<ImageStageParams>(parameters),
               topicName(params_.topic_root, "camera/image"),
               [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
-      diagnostics_(handle) {
-  gate_.emplace(handle, publisher_.publishers(), params_.wait_for_subscribers, [this] { images_.start(); });
+      diagnostics_(handle, own) {
+  gate_.emplace(handle, own, publisher_.publishers(), params_.wait_for_subscribers,
+                [this] { images_.start(); });
   diagnostics_.addImages(images_);
   watch_timer_ = handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
     images_.watch().warnIfItNeverCame();

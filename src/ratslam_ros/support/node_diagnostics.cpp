@@ -25,7 +25,8 @@ double residentMegabytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-NodeDiagnostics::NodeDiagnostics(const ros::NodeHandle& handle) : updater_(handle) {
+NodeDiagnostics::NodeDiagnostics(const ros::NodeHandle& handle, const ros::NodeHandle& own)
+    : updater_(handle, own, own.getNamespace()) {
   updater_.setHardwareID("none");
   add("memory", [](DiagnosticStatus& status) {
     status.summaryf(DiagnosticStatus::OK, "%.0f MB", residentMegabytes());

@@ -28,10 +28,9 @@ const char* nameOf(OrbState state) {
 
 }  // namespace
 
-OrbDisplay::OrbDisplay(const NodeParams& params) : odom_frame_(params.odomFrame()) {
-  ros::NodeHandle private_handle("~");
-  debug_image_ = private_handle.advertise<sensor_msgs::Image>("debug_image", 1);
-  landmarks_ = private_handle.advertise<sensor_msgs::PointCloud2>("landmarks", 1);
+OrbDisplay::OrbDisplay(const NodeParams& params, ros::NodeHandle own) : odom_frame_(params.odomFrame()) {
+  debug_image_ = own.advertise<sensor_msgs::Image>("debug_image", 1);
+  landmarks_ = own.advertise<sensor_msgs::PointCloud2>("landmarks", 1);
 }
 
 void OrbDisplay::show(const std_msgs::Header& header, const cv::Mat& image, const CameraModel& camera,

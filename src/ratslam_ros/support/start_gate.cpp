@@ -1,6 +1,7 @@
 #include "ratslam_ros/support/start_gate.h"
 
 #include <ros/console.h>
+#include <std_msgs/Empty.h>
 
 #include <algorithm>
 
@@ -12,14 +13,15 @@ const ros::WallDuration kPatience(15.0);
 
 }  // namespace
 
-StartGate::StartGate(const ros::NodeHandle& handle, std::vector<ros::Publisher> outputs, int count,
-                     std::function<void()> open)
-    : outputs_(std::move(outputs)),
+StartGate::StartGate(const ros::NodeHandle& handle, const ros::NodeHandle& own,
+                     std::vector<ros::Publisher> outputs, int count, std::function<void()> start)
+    : own_(own),
+      outputs_(std::move(outputs)),
       count_(static_cast<std::uint32_t>(count)),
-      open_(std::move(open)),
+      start_(std::move(start)),
       since_(ros::WallTime::now()) {
   if (count_ == 0) {
-    open_();
+    open();
     return;
   }
   timer_ = handle.createWallTimer(kPollPeriod, [this](const ros::WallTimerEvent&) { check(); });
@@ -35,7 +37,12 @@ void StartGate::check() {
              lonely->getTopic().c_str(), lonely->getNumSubscribers(), count_, kPatience.toSec());
   }
   timer_.stop();
-  open_();
+  open();
+}
+
+void StartGate::open() {
+  start_();
+  started_ = own_.advertise<std_msgs::Empty>("started", 1);
 }
 
 }  // namespace ratslam
