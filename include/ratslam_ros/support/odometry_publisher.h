@@ -3,12 +3,16 @@
 ///
 /// odom_quality is advertised before odom, and the quality of a sample published before the sample: whoever
 /// sees a sample knows whether to wait for its quality.
+///
+/// Epochs are those of this process: another one counts from elsewhere, so that listeners notice at its first
+/// sample that it has not measured the motion before it.
 #pragma once
 
 #include <ros/node_handle.h>
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -27,7 +31,7 @@ class OdometryPublisher {
   /// @param sample  stamped with the image it was made of; must have a pose
   /// @param twist   all of the motion; speed, yaw rate and covariance are taken from the sample
   /// The pose's covariance is what the twist's variances have added up to.
-  void publish(const OdometrySample& sample, const Twist& twist);
+  void publish(OdometrySample sample, const Twist& twist);
 
   std::vector<ros::Publisher> publishers() const { return {quality_publisher_, publisher_}; }
 
@@ -37,6 +41,7 @@ class OdometryPublisher {
   ros::Publisher publisher_;
   tf2_ros::TransformBroadcaster broadcaster_;
   std::optional<Stamp> last_stamp_;
+  std::uint32_t first_epoch_ = 0;
   TwistCovariance pose_covariance_ = TwistCovariance::Zero();
 };
 

@@ -6,6 +6,14 @@
 #include "ratslam_ros/support/node_parameters.h"
 
 namespace ratslam {
+namespace {
+
+/// Far from that of every other process, whose first stamp is another.
+std::uint32_t epochFrom(Stamp first) {
+  return static_cast<std::uint32_t>((static_cast<std::uint64_t>(first) * 0x9E3779B97F4A7C15U) >> 32U);
+}
+
+}  // namespace
 
 OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params)
     : params_(params),
@@ -13,7 +21,13 @@ OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& 
           handle.advertise<ratslam_ros::OdometryQuality>(topicName(params.topic_root, "odom_quality"), 0)),
       publisher_(handle.advertise<nav_msgs::Odometry>(topicName(params.topic_root, "odom"), 0)) {}
 
-void OdometryPublisher::publish(const OdometrySample& sample, const Twist& twist) {
+void OdometryPublisher::publish(OdometrySample sample, const Twist& twist) {
+  if (!last_stamp_) {
+    first_epoch_ = epochFrom(sample.stamp);
+    sample.bridged = true;  // whatever motion came before it
+    sample.covariance.reset();
+  }
+  sample.epoch += first_epoch_;
   const double dt = last_stamp_ ? std::max(0.0, secondsBetween(*last_stamp_, sample.stamp)) : 0.0;
   const bool moved_on = !last_stamp_ || sample.stamp != *last_stamp_;
   last_stamp_ = sample.stamp;

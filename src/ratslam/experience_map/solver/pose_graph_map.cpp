@@ -6,6 +6,7 @@
 #include <map>
 
 #include "ratslam/common/state.h"
+#include "ratslam/experience_map/solver/rejoin.h"
 
 namespace ratslam {
 namespace {
@@ -90,6 +91,10 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   constraint.to = extendChain(robot);
   pose_graph_.addConstraint(constraint);
   recalled_ = true;
+  if (rejoin(pose_graph_, constraint)) {
+    solver_.abandon();
+    pose_graph_.reweighed();
+  }
   const auto& nodes = pose_graph_.nodes();
   disagreement_ = std::max(
       disagreement_, PoseGraph::residual(constraint, nodes[constraint.from], nodes[constraint.to]).norm());
@@ -198,7 +203,7 @@ Constraint PoseGraphMap::chainConstraint(const RobotPlace& robot) const {
   const auto stretches = [place](double length) {
     return std::sqrt(std::max(length / place, kShortestStretch));
   };
-  if (error.said_length == 0.0) {
+  if (error.said_length == 0.0 && error.covariance.isZero(0.0)) {
     const double unsaid = stretches(robot.motion.length);
     chain.xy_weight = Eigen::Matrix2d::Identity() / (params_.exp_odometry_sigma * place * unsaid);
     chain.z_weight = 1.0 / (params_.exp_odometry_sigma * place * unsaid);
