@@ -128,6 +128,19 @@ def test_compressed_images_keep_their_bytes_and_frames_can_be_cut(sequence, tmp_
     assert odometry_read[0].child_frame_id == "base_link"
 
 
+def test_times_of_images_that_are_missing_are_said(sequence, tmp_path, capsys):
+    os.remove(sequence / "image_0" / "000003.png")
+    kitti_to_bag.main([str(sequence), str(tmp_path / "m.bag")])
+    assert "note: " in capsys.readouterr().out and len(messages(tmp_path / "m.bag", "/kitti/camera/image")) == 5
+
+
+def test_focal_lengths_that_no_camera_has_are_refused(sequence, tmp_path):
+    for focal in ("1e308", "1e-310", "-5"):
+        (sequence / "calib.txt").write_text(f"P0: {focal} 0 3 0 0 {focal} 2 0 0 0 1 0\n")
+        with pytest.raises(InputError, match="focal lengths .* must lie within 0.001 to 1e6"):
+            kitti_to_bag.main([str(sequence), str(tmp_path / "f.bag")])
+
+
 def test_root_may_be_empty(sequence, tmp_path):
     kitti_to_bag.main([str(sequence), str(tmp_path / "r.bag"), "--root", "", "--end", "1"])
     assert len(messages(tmp_path / "r.bag", "/camera/image")) == 1

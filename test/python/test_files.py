@@ -118,6 +118,38 @@ def test_images_are_taken_in_the_order_of_their_numbers(tmp_path):
     assert found == ["1.Jpg", "08.png", "9.PNG", "10.png"]
 
 
+def small_image(ending):
+    pytest.importorskip("cv2")
+    import cv2
+
+    return cv2.imencode(ending, np.arange(12, dtype=np.uint8).reshape(3, 4))[1].tobytes()
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda png, jpeg: b"\0" * 128 + b"DICM" + b"\0" * 20, "152 bytes that are neither JPEG nor PNG"),
+        (lambda png, jpeg: b"", "0 bytes that are neither JPEG nor PNG"),
+        (lambda png, jpeg: png[:16] + b"\0\0\x75\x30\0\0\x75\x30" + png[24:], "30000x30000 pixels: at most 50000000"),
+        (lambda png, jpeg: png[:-8], "it was cut off after"),
+        (lambda png, jpeg: jpeg[: len(jpeg) - 9], "it was cut off after"),
+        (lambda png, jpeg: jpeg[:30], "it was cut off after"),
+        (lambda png, jpeg: jpeg[:4] + b"\0\0" + jpeg[6:], "a JPEG without an image"),
+    ],
+)
+def test_images_are_measured_before_they_are_decoded(change, words, tmp_path):
+    path = tmp_path / "a.jpg"
+    path.write_bytes(change(small_image(".png"), small_image(".jpg")))
+    with pytest.raises(InputError, match=f"a.jpg: not a readable image: {words}"):
+        images.load_image(str(path), colour=False)
+
+
+def test_images_that_are_whole_are_read(tmp_path):
+    for ending in (".png", ".jpg"):
+        (tmp_path / "a.jpg").write_bytes(small_image(ending))  # what it is, its bytes say
+        assert images.load_image(str(tmp_path / "a.jpg"), colour=False).shape == (3, 4)
+
+
 @pytest.mark.parametrize(
     "names, count, rows",
     [
@@ -289,6 +321,13 @@ def test_lines_that_are_out_of_order_are_sorted(tmp_path, order):
     found = recorder.read(str(tmp_path))
     assert np.all(np.diff(found.image_stamps) > 0) and len(found.images) == 8
     assert found.dropped["images out of order (sorted)"] == (order != sorted(order))
+
+
+def test_an_index_of_malformed_lines_alone_is_not_called_empty(tmp_path):
+    (tmp_path / "images").mkdir()
+    (tmp_path / "data_image.txt").write_text("1600000000000;images/1.jpeg\n1600000000100;images/2.jpeg\n")
+    with pytest.raises(InputError, match=r"no images listed in data_image.txt \(malformed image line: 2\)"):
+        recorder.read(str(tmp_path))
 
 
 def test_names_of_a_recording_that_lead_elsewhere_are_refused(tmp_path):

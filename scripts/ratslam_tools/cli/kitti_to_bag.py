@@ -141,3 +141,5 @@ def main(argv=None) -> None:
         f"{arguments.bag}: {len(drive.images)} images, {truth} ground truth"
         + (f", {len(odometry)} odometry messages" if odometry else "")
     )
+    for note in drive.notes:
+        print(f"note: {note}")

@@ -6,6 +6,7 @@ from typing import List, Sequence
 
 import numpy as np
 
+from ratslam_tools.datasets.image_header import require_decodable
 from ratslam_tools.errors import InputError
 
 ENDINGS = (".png", ".jpg", ".jpeg")
@@ -86,15 +87,27 @@ def load_image(path: str, colour: bool) -> np.ndarray:
     """The pixels of an image file as they are stored, grey (h, w) or BGR (h, w, 3); a tag that asks for turning
     is not obeyed. @throws InputError for what is no readable image.
     """
+    if not os.path.isfile(path):
+        raise InputError(f"{path}: not a readable image: there is no such file")
+    try:
+        with open(path, "rb") as file:
+            return decode(file.read(), colour)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(f"{path}: not a readable image: {error}") from None
+
+
+def decode(data: bytes, colour: bool) -> np.ndarray:
+    """The pixels of a JPEG or PNG as load_image has them. @throws ValueError with the reason where it is none."""
     import cv2
 
+    require_decodable(data)
     flags = (cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE) | cv2.IMREAD_IGNORE_ORIENTATION
-    image = None
-    if os.path.isfile(path):
-        try:
-            image = cv2.imread(path, flags)
-        except cv2.error:
-            pass
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    except cv2.error:
+        image = None
     if image is None:
-        raise InputError(f"{path}: not a readable image")
+        raise ValueError("it is corrupt")
     return image

@@ -30,6 +30,7 @@ class Drive:
     # Pose of the camera (optical axes) in base_link, whose path the truth is.
     camera_rotation: np.ndarray = field(default_factory=lambda: geometry.CAMERA_TO_BASE)
     camera_translation: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    notes: List[str] = field(default_factory=list)  # what was found odd and repaired, a line each
 
     def select(self, start: int, end: Optional[int]) -> "Drive":
         """Frames start ... end - 1. @throws InputError if there are none."""
@@ -47,6 +48,7 @@ class Drive:
             self.truth_stamps_ns[rows],
             self.camera_rotation,
             self.camera_translation,
+            self.notes,
         )
 
 
@@ -81,8 +83,10 @@ def _matrix(path: str, keys, *shape: int) -> np.ndarray:
 def _projection(path: str, camera: int) -> np.ndarray:
     """Projection (3, 4) [px] of a camera, under the benchmark's name or that of the raw drives."""
     matrix = _matrix(path, (f"P{camera}", f"P_rect_{camera:02d}"), 3, 4)
-    if not (matrix[0, 0] > 0 and matrix[1, 1] > 0):
-        raise InputError(f"{path}: P{camera}: focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px; above 0")
+    if not all(0.001 <= focal <= 1e6 for focal in (matrix[0, 0], matrix[1, 1])):
+        raise InputError(
+            f"{path}: P{camera}: focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px; they must lie within 0.001 to 1e6"
+        )
     return matrix
 
 
@@ -128,6 +132,10 @@ def read_sequence(folder: str, camera: int = 0) -> Drive:
     rows = times_of(images, len(times), path)
     stamps_ns = nanoseconds(times[rows])
     drive = Drive(images, stamps_ns, _projection(os.path.join(folder, "calib.txt"), camera))
+    if len(times) > len(images):
+        drive.notes.append(
+            f"{path}: {len(times)} times for {len(images)} images: each image takes the time of the number in its name"
+        )
     path = poses_file(folder)
     if path is not None:
         truth = frames.convert(read_trajectory(path, "kitti"), "camera", "base")

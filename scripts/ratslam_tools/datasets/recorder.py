@@ -86,9 +86,13 @@ def read_gps_log(path: str) -> Recording:
     recording = Recording(path)
     _read_gps(recording, log)
     if not recording.gps_stamps:
-        left_out = ", ".join(f"{reason}: {count}" for reason, count in sorted(recording.dropped.items()) if count)
-        raise InputError(f"{log}: no GPS fix with a position ({left_out or 'the file is empty'})")
+        raise InputError(f"{log}: no GPS fix with a position{_left_out(recording) or ' (the file is empty)'}")
     return recording
+
+
+def _left_out(recording: Recording) -> str:
+    counted = ", ".join(f"{reason}: {count}" for reason, count in sorted(recording.dropped.items()) if count)
+    return f" ({counted})" if counted else ""
 
 
 def _path(folder: str, kind: str) -> Optional[str]:
@@ -133,7 +137,7 @@ def _read_images(recording: Recording) -> None:
             last = stamp
     if not recording.images:
         expected = "listed in data_image.txt" if index is not None else "named by their time, in images/"
-        raise InputError(f"{recording.folder}: no images {expected}")
+        raise InputError(f"{recording.folder}: no images {expected}{_left_out(recording)}")
 
 
 def _indexed_images(recording: Recording, index: str) -> List[Tuple[int, str]]:

@@ -42,11 +42,11 @@ def sample_images(source: str, frames: int, count: int = 60) -> List[np.ndarray]
 
 def _sample_bag(path: str, frames: int, count: int) -> List[np.ndarray]:
     import cv2
-    from cv_bridge import CvBridge
+    from cv_bridge import CvBridge, CvBridgeError
 
     from ratslam_tools.datasets import bags  # ROS is needed here only
 
-    sampled = []
+    sampled, reason = [], ""
     with bags.reading(path) as bag:
         topics = bag.get_type_and_topic_info().topics
         kinds = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
@@ -59,12 +59,15 @@ def _sample_bag(path: str, frames: int, count: int) -> List[np.ndarray]:
                 break
             if number % step:
                 continue
-            if hasattr(message, "encoding"):
-                image = CvBridge().imgmsg_to_cv2(message, "mono8")
-            else:
-                image = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_GRAYSCALE)
-            if image is not None:
-                sampled.append(image)
+            try:
+                if hasattr(message, "encoding"):
+                    sampled.append(CvBridge().imgmsg_to_cv2(message, "mono8"))
+                else:
+                    sampled.append(images.decode(bytes(message.data), colour=False))
+            except (CvBridgeError, cv2.error, ValueError, TypeError) as error:
+                reason = str(error).split("\n", maxsplit=1)[0]
+    if not sampled:
+        raise InputError(f"{path}: {named[0]}: no image can be read{': ' + reason if reason else ''}")
     return sampled
 
 
