@@ -245,6 +245,8 @@ void askOneRecording(const Options& options, const LocalViewParams& params, std:
 void mapAndRecall(const Options& options, const LocalViewParams& params, std::ostream& out) {
   LocalViewCells cells(params);
   std::vector<std::size_t> learned_at;
+  std::vector<std::size_t> left_at;  // the last frame of the stay that a view was learned in
+  bool at_newest = false;
   std::size_t frame = 0;
   for (const std::string& pass : options.passes) {
     Images images(pass);
@@ -252,9 +254,14 @@ void mapAndRecall(const Options& options, const LocalViewParams& params, std::os
       const std::size_t now = frame++;
       const auto event = cells.observe(static_cast<Stamp>(now), *image);
       if (!event.seen()) continue;
-      if (event.learned) learned_at.push_back(now);
-      out << now << ',' << learned_at[event.id] << ',' << event.error << ',' << (event.learned ? 0 : 1)
-          << '\n';
+      if (event.learned) {
+        learned_at.push_back(now);
+        left_at.push_back(now);
+      }
+      at_newest = event.learned || (at_newest && event.id + 1 == learned_at.size());
+      if (at_newest) left_at.back() = now;
+      out << now << ',' << learned_at[event.id] << ',' << event.error << ',' << (event.learned ? 0 : 1) << ','
+          << left_at[event.id] << '\n';
     }
   }
 }
@@ -264,7 +271,8 @@ void run(const Options& options) {
   std::ofstream out(options.out);
   if (!out) throw std::runtime_error(options.out + ": cannot write this file");
   out.precision(std::numeric_limits<double>::max_digits10);
-  out << (options.starts > 0 ? "start," : "") << "frame,place,score,claimed\n";
+  out << (options.starts > 0 && !options.open ? "start," : "") << "frame,place,score,claimed"
+      << (options.open ? ",until\n" : "\n");
   if (options.open) {
     mapAndRecall(options, params, out);
   } else if (options.passes.size() == 2) {

@@ -13,6 +13,7 @@ class State;
 struct ViewVariant {
   std::vector<double> values;  ///< as many for every image
   double relative_rad = 0.0;   ///< how far the camera would be turned for the view to look like this [rad]
+  double prior = 1.0;          ///< how likely it is, before anything is known; those of a view sum to 1
 };
 
 struct View {

@@ -23,7 +23,8 @@ struct ViewMatch {
 struct ViewLikeness {
   std::size_t variants = 0;
   std::size_t places = 0;
-  std::vector<float> values;  ///< variants x places, row by row; more is more alike
+  std::vector<float> values;   ///< variants x places, row by row; more is more alike
+  std::vector<double> priors;  ///< how likely each variant is, before anything is known; they sum to 1
 
   const float* row(std::size_t variant) const { return values.data() + variant * places; }
 };

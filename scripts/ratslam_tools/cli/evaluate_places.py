@@ -86,15 +86,18 @@ def _truth(path):
     return np.stack([poses[:, 2, 3], -poses[:, 0, 3]], axis=1), np.arctan2(-poses[:, 0, 2], poses[:, 2, 2])
 
 
-def _report_open(arguments, answers):
-    """The system's own recalls of what it did not see just before."""
+def _report_open(arguments, answers, until):
+    """The system's own recalls of what it did not see just before. A place is right for all the images that it was the
+    active one for when it was learned: a train that stands at a station learns one place there.
+    """
     recalls = answers.claimed & (answers.frame - answers.place >= arguments.min_gap)
     if arguments.truth:
         right, possible = places.by_truth(answers, *_truth(arguments.truth), arguments.radius, arguments.min_gap)
     else:
         first = _count(arguments.ref)
         possible = answers.frame >= first
-        right = np.abs(answers.place - (answers.frame - first)) <= arguments.tolerance
+        asked = answers.frame - first
+        right = (asked >= answers.place - arguments.tolerance) & (asked <= until + arguments.tolerance)
     right = right & recalls
     print(f"frames that revisit a place: {possible.sum()}")
     print(f"recalls: {recalls.sum()}, of these right: {right.sum()} ({_percent(right.sum(), recalls.sum())})")
@@ -140,7 +143,7 @@ def main(argv=None):
     if arguments.starts and not arguments.open:
         _report_starts(arguments, table)
     elif arguments.open:
-        _report_open(arguments, _answers(table))
+        _report_open(arguments, _answers(table), table[:, 4].astype(int))
     else:
         _report(arguments, _answers(table))
     return 0

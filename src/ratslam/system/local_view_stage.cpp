@@ -11,9 +11,11 @@ template <class Fields>
 void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
   std::vector<double> values;
   std::vector<double> turns;
+  std::vector<double> priors;
   for (const ViewVariant& variant : view.variants) {
     values.insert(values.end(), variant.values.begin(), variant.values.end());
     turns.push_back(variant.relative_rad);
+    priors.push_back(variant.prior);
   }
   std::vector<int> form{image.rows, image.cols, image.type()};
   std::vector<std::uint8_t> pixels;
@@ -22,13 +24,14 @@ void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
   fields("textured", view.textured);
   fields("values", values);
   fields("turns", turns);
+  fields("priors", priors);
   fields("image", form);
   fields("pixels", pixels);
   view.variants.resize(turns.size());
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const auto length = static_cast<std::ptrdiff_t>(values.size() / turns.size());
     const auto first = values.begin() + static_cast<std::ptrdiff_t>(i) * length;
-    view.variants[i] = {{first, first + length}, turns[i]};
+    view.variants[i] = {{first, first + length}, turns[i], priors.at(i)};
   }
   if (pixels.empty()) return;
   image.create(form.at(0), form.at(1), form.at(2));

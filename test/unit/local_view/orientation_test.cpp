@@ -101,6 +101,23 @@ TEST(Belief, RecallsARouteInAnotherLightAndLearnsWhatFollows) {
   EXPECT_GE(learned, 28U);
 }
 
+TEST(Belief, StandsStillWhereItStoodStill) {
+  LocalViewCells cells(params("belief"));
+  const auto pass = [&cells](unsigned last, double gain) {
+    std::vector<ViewEvent> events = drive(cells, 0, 60, gain);
+    for (int i = 0; i < 30; ++i) events.push_back(drive(cells, 60, 61, gain).front());
+    for (const ViewEvent& event : drive(cells, 61, last, gain)) events.push_back(event);
+    return events;
+  };
+  pass(100, 1.0);
+  ASSERT_EQ(cells.size(), 100U);
+  const std::vector<ViewEvent> again = pass(90, 0.5);
+  int recalled = 0;
+  for (std::size_t i = 60; i < 90; ++i) recalled += again[i].id == 60 ? 1 : 0;
+  EXPECT_EQ(recalled, 30);
+  EXPECT_EQ(again.back().id, 89U);
+}
+
 TEST(Belief, IsContinuedToTheSameBits) {
   LocalViewCells whole(params("belief"));
   LocalViewCells continued(params("belief"));

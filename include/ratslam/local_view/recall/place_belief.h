@@ -2,18 +2,19 @@
 /// each view weighs, with "a place not yet known" as one of the possibilities.
 ///
 /// For each view:
-///   1. Move. A place hands its belief on along its links by the way driven since the last view, blurred by
-///      the odometry's uncertainty and by half the distance between places (on a chain with one step a place
-///      about 0.1 stays, 0.8 goes to the next, 0.1 to the next but one). What would leave the links, and a
-///      hundredth of all else, goes to the place not yet known.
+///   1. Move. A place is the stretch of the way from where it was learned to where the next one was: who
+///      stood still there then may do so now. It hands its belief on along its links by the way driven since
+///      the last view, which may be 0.4 of itself longer or shorter than then, or more where the odometry says
+///      so (on a chain with one step a place 0.1 stays, 0.8 goes to the next, 0.1 to the next but one). What
+///      would leave the links, and a thousandth of all else, goes to the place not yet known.
 ///   2. Anywhere. A share of 1e-4 of what is not yet known may be at any learned place: only those that look
 ///      most like the view are followed.
 ///   3. Odometry's veto. Dead reckoning excludes places farther off than 4 standard deviations of what it may
 ///      have drifted since they were last visited: that is what tells identical houses in a row apart. No
 ///      odometry, and one that has started anew, excludes nothing.
 ///   4. Weigh. Belief times exp(0.7 z), z being the likeness standardised over all places; a place not yet
-///      known counts as z = 1.5. How far the view is moved sideways (the lane) is believed in the same way and
-///      changes slowly.
+///      known counts as z = 1. How far the view is moved sideways (the lane) is believed in the same way and
+///      changes slowly; the lane of then is the likeliest at first.
 ///
 /// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief.
 #pragma once

@@ -54,6 +54,7 @@ class BlockSadMatcher : public ViewMatcher {
 
   void compareAll(const View& view, ViewLikeness& likeness) override {
     likeness.variants = 1;
+    likeness.priors.assign(1, 1.0);
     likeness.places = search_.size();
     search_.likeness(templateOf(view), likeness.values);
   }

@@ -90,6 +90,8 @@ void ByteMatcher::compareAll(const View& view, ViewLikeness& likeness) {
   const std::size_t variants = query_lengths_.size();
   likeness.variants = variants;
   likeness.places = size();
+  likeness.priors.clear();
+  for (const ViewVariant& variant : view.variants) likeness.priors.push_back(variant.prior);
   likeness.values.resize(variants * size());
   products_of_segment_.resize(variants * kInSegment);
   for (std::size_t first = 0; first < size(); first += kInSegment) {

@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kShiftStep = kOrientationCell / 2;  // [pixels of 64]: finer ones look too much alike
 constexpr int kLaneShift = kOrientationCell;      // of another lane
+constexpr double kSameLane = 0.5;                 // of a camera that comes by again
 constexpr double kLeastContrast = 1.0;            // [grey values^2] below which there is nothing to see
 
 /// How far the image is moved for each variant of a view [pixels of 64].
@@ -35,6 +36,12 @@ double turnOf(int shift, const LocalViewParams& params) {
   if (params.panoramic) return wrapAngle(2.0 * kPi * shift / kOrientationColumns);
   const double half_angle = 0.5 * params.view_angle_deg * kPi / 180.0;
   return -std::atan(2.0 * std::tan(half_angle) * shift / kOrientationColumns);
+}
+
+/// A forward camera comes by in the same lane more often than beside it; a panorama comes turned in any way.
+double priorOf(std::size_t variant, std::size_t variants, bool panoramic) {
+  if (panoramic) return 1.0 / static_cast<double>(variants);
+  return variant == 0 ? kSameLane : (1.0 - kSameLane) / static_cast<double>(variants - 1);
 }
 
 Adaptation::Sharing sharingOf(bool panoramic) {
@@ -57,8 +64,9 @@ class OrientationDescriptor : public ViewDescriptor {
     const std::vector<double> as_seen = energy.values(0);
     if (view.textured && !adaptation_.started()) adaptation_.start(as_seen);
     for (const int shift : shifts_) {
-      view.variants.push_back(
-          {adaptation_.apply(shift == 0 ? as_seen : energy.values(shift)), turnOf(shift, params_)});
+      view.variants.push_back({adaptation_.apply(shift == 0 ? as_seen : energy.values(shift)),
+                               turnOf(shift, params_),
+                               priorOf(view.variants.size(), shifts_.size(), params_.panoramic)});
     }
     if (view.textured) adaptation_.learn(as_seen);
     return view;

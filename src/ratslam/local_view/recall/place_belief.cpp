@@ -7,12 +7,12 @@ namespace ratslam {
 namespace {
 
 constexpr double kSharpness = 0.7;      // beta of exp(beta z)
-constexpr double kUnknownZ = 1.5;       // of a place not yet known
-constexpr double kLeave = 0.01;         // share that takes a way not yet known, a view
+constexpr double kUnknownZ = 1.0;       // of a place not yet known
+constexpr double kLeave = 0.001;        // share that takes a way not yet known, a view
 constexpr double kAnywhere = 1e-4;      // share of the unknown that may be at any known place, a view
 constexpr double kElsewhere = 0.01;     // of waking up at a place not yet known
 constexpr double kLaneChange = 0.02;    // share of the belief in shifts that is forgotten, a view
-constexpr double kBlur = 0.5;           // of the distance between places
+constexpr double kBlur = 0.4;           // of the way, by which it may be longer or shorter than then
 constexpr double kRelativeError = 0.1;  // of odometry that does not say how well it knows its motion
 constexpr double kLeastError = 0.03;    // of any odometry: its covariance does not know of all that is wrong
 constexpr double kVeto = 4.0;           // standard deviations
@@ -25,6 +25,21 @@ constexpr double kPruned = 1e-3;          // of what one place gets of "anywhere
 constexpr int kClaimLinks = 2;
 
 bool byPlace(const PlaceMass& a, const PlaceMass& b) { return a.place < b.place; }
+
+/// Twice integrated, a box of half-width `blur` about 0.
+double ramp(double x, double blur) {
+  if (x <= -blur) return 0.0;
+  if (x >= blur) return x;
+  return (x + blur) * (x + blur) / (4.0 * blur);
+}
+
+/// What lies between `begin` and `end` of something that is anywhere on a stretch of `length` from 0 and has
+/// been moved by up to `blur`.
+double shareBetween(double begin, double end, double length, double blur) {
+  return std::max(ramp(end, blur) - ramp(end - length, blur) - ramp(begin, blur) + ramp(begin - length, blur),
+                  0.0) /
+         length;
+}
 
 /// The likeness of a place at the shift where it is largest.
 float likest(const ViewLikeness& likeness, std::size_t place) {
@@ -71,28 +86,21 @@ void PlaceBelief::move(const ViewMotion& motion) {
 /// Moves what is at one place along its links; what would go beyond their end is at a place not yet known.
 void PlaceBelief::handOn(const PlaceMass& from, double driven, double sigma) {
   const double mass = (1.0 - kLeave) * from.mass;
-  double spacing = graph_.spacing(from.place);
-  if (spacing == 0.0) spacing = std::abs(driven);
-  const double blur = std::max({kBlur * spacing, sigma, 1e-9});
-  const double reach = 3.0 * blur;
-  graph_.around(from.place, std::max(reach - driven, 0.0), std::max(reach + driven, 0.0), around_);
+  // A place is the stretch of the way from where it was learned to the next: where on it, nobody knows.
+  const double least = std::max(std::abs(driven), 1e-9);
+  const double length = graph_.stretch(from.place, least);
+  const double blur = std::max(kBlur * std::abs(driven), sigma) + 1e-9;
+  graph_.around(from.place, std::max(blur - driven, 0.0), std::max(driven + length + blur, 0.0), around_);
   double sum = 0.0;
-  double nearest_end = 0.0;
   for (PlaceAhead& ahead : around_) {
-    nearest_end = std::max(nearest_end, ahead.distance * (driven < 0.0 ? -1.0 : 1.0));
-    const double off = (ahead.distance - driven) / blur;
-    ahead.distance = std::exp(-0.5 * off * off);
+    const double begin = ahead.distance - driven;
+    ahead.distance = shareBetween(begin, begin + graph_.stretch(ahead.place, least), length, blur);
     sum += ahead.distance;
   }
-  const double beyond = nearest_end < std::abs(driven) ? std::abs(driven) - nearest_end : 0.0;
-  const double off = 1.0 - std::exp(-0.5 * beyond * beyond / (blur * blur));
-  unknown_ += mass * off;
-  if (!(sum > 0.0)) {
-    unknown_ += mass * (1.0 - off);
-    return;
-  }
+  const double scale = mass / std::max(sum, 1.0);
+  unknown_ += mass * std::max(1.0 - sum, 0.0);
   for (const PlaceAhead& ahead : around_) {
-    added_.push_back({ahead.place, mass * (1.0 - off) * ahead.distance / sum});
+    if (ahead.distance > 0.0) added_.push_back({ahead.place, scale * ahead.distance});
   }
 }
 
@@ -171,7 +179,7 @@ void PlaceBelief::seed(const ViewLikeness& likeness, std::size_t candidates) {
 
 std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::size_t candidates) {
   if (variants_.size() != likeness.variants) {
-    variants_.assign(likeness.variants, 1.0 / static_cast<double>(likeness.variants));
+    variants_ = likeness.priors;
   }
   added_ = active_;
   if (candidates < kFewest) candidates = 0;
@@ -207,7 +215,7 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
   sum += unknown_;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
     const double believed = (of_variants[v] + unknown_ * variants_[v]) / sum;
-    variants_[v] = (1.0 - kLaneChange) * believed + kLaneChange / static_cast<double>(likeness.variants);
+    variants_[v] = (1.0 - kLaneChange) * believed + kLaneChange * likeness.priors[v];
   }
   for (PlaceMass& mass : active_) mass.mass /= sum;
   unknown_ /= sum;

@@ -99,6 +99,21 @@ double PlaceGraph::spacing(std::uint32_t place) const {
   return count == 0 ? 0.0 : sum / count;
 }
 
+double PlaceGraph::stretch(std::uint32_t place, double least) const {
+  double sum = 0.0;
+  double behind = 0.0;
+  int count = 0;
+  eachNeighbour(place, [&](std::uint32_t, double distance) {
+    if (distance > 0.0) {
+      sum += distance;
+      ++count;
+    } else {
+      behind = std::max(behind, -distance);
+    }
+  });
+  return count > 0 ? sum / count : std::max(behind, least);
+}
+
 std::size_t PlaceGraph::memoryBytes() const {
   return visits_.capacity() * sizeof(PlaceVisit) + links_.capacity() * sizeof(Link) +
          others_.size() * (sizeof(std::pair<std::uint32_t, PlaceAhead>) + 2 * sizeof(void*));
