@@ -28,6 +28,7 @@ find_package(catkin REQUIRED COMPONENTS message_generation ${ratslam_ros_depende
 
 add_message_files(FILES
   OdometryQuality.msg
+  ParameterChange.msg
   PoseCellState.msg
   RecallGeometry.msg
   TopologicalAction.msg

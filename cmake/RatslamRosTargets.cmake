@@ -49,12 +49,15 @@ foreach(file ${candidates})
     endif()
   endif()
 endforeach()
-# On PATH once the devel space is sourced: by links in the build folder, where rosrun does not look, as it would find
+# These and the tools are on PATH once the devel space is sourced: by links in the build folder, where rosrun does not look, as it would find
 # each script twice.
 file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 foreach(file ${python_scripts})
   get_filename_component(name ${file} NAME)
   execute_process(COMMAND ${CMAKE_COMMAND} -E create_symlink ${file} ${PROJECT_BINARY_DIR}/bin/${name})
+endforeach()
+foreach(tool ratslam_run ratslam_map ratslam_places ratslam_town)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E create_symlink ${ratslam_node_directory}/${tool} ${PROJECT_BINARY_DIR}/bin/${tool})
 endforeach()
 catkin_add_env_hooks(50.ratslam_scripts SHELLS sh DIRECTORY ${PROJECT_SOURCE_DIR}/cmake)
 install(PROGRAMS ${python_scripts} DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})

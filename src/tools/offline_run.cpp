@@ -73,7 +73,8 @@ SnapshotMoments chooseMoments(const RunOptions& options, std::size_t frames) {
 
 OfflineRun::OfflineRun(const RunOptions& options)
     : options_(options),
-      params_(PipelineParams::fromMap(readParameters(options))),
+      parameters_(readParameters(options)),
+      params_(PipelineParams::fromMap(parameters_)),
       images_(params_.images,
               [this](ImageEvent event, const std::string& text) {
                 bool& said = said_[static_cast<std::size_t>(event)];
@@ -86,6 +87,9 @@ OfflineRun::OfflineRun(const RunOptions& options)
   recording_ = openWithOdometry(options, params_, kind);
   for (const std::string& remark : recording_->remarks()) say(remark);
   pipeline_ = makePipeline(options, params_, kind, *recording_);
+  if (!options.changes.empty()) {
+    addChanges(readParameterChanges(options.changes), parameters_, *pipeline_);
+  }
   // A run that is to be continued, or is, keeps what one run over the whole recording would have kept.
   const bool in_parts = !options.save_map.empty() || !options.load_map.empty();
   snapshots_ = PoseCellSnapshots(chooseMoments(options, in_parts ? recording_->imageCount() : totalFrames()));

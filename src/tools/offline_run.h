@@ -42,6 +42,7 @@ class OfflineRun {
   std::size_t totalFrames() const;
 
   RunOptions options_;
+  ParameterMap parameters_;
   PipelineParams params_;
   std::unique_ptr<Recording> recording_;
   std::unique_ptr<Pipeline> pipeline_;

@@ -59,6 +59,8 @@ po::options_description describe(RunOptions& options) {
       "recorder's folder: turn the images clockwise by 90, 180 or 270 degrees; the calibration is of turned "
       "ones");
   add("set", po::value(&options.assignments)->composing(), "key=value, overrides the configuration");
+  add("changes", po::value(&options.changes),
+      "file of parameters that change in the middle, as ratslam_em writes it: lines of after_ns,name,value");
   add("max-frames", po::value<long long>()->default_value(0), "stop after so many images");
   add("from-frame", po::value<long long>()->default_value(0),
       "begin with this image, counted from 0, and the odometry behind the one before it");

@@ -20,6 +20,7 @@ struct RunOptions {
   std::size_t pose_cells_every = 0;  ///< views from one snapshot to the next; 0: none
   std::string pose_cells_at;         ///< times of snapshots [s]; empty: spread evenly
   std::vector<std::string> assignments;
+  std::string changes;
   std::size_t max_frames = 0;  ///< 0: all
   std::size_t from_frame = 0;  ///< images before it are passed over
   std::string save_map;        ///< map file to write at the end; empty: none

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# After `. devel/setup.bash`, rosrun finds every program and script of the package, each once, and scripts are on PATH.
+# After `. devel/setup.bash`, rosrun finds every program and script of the package, each once, and tools and scripts are on PATH.
 # Usage: devel_space.sh SOURCE_TREE
 set -euo pipefail
 cd "$1"
@@ -22,5 +22,8 @@ for name in $programs $scripts; do
 done
 for name in $scripts; do
   [ "$(readlink -f "$(command -v "$name")")" = "$1/scripts/$name" ] || { echo "$name is not on PATH"; bad=1; }
+done
+for name in ratslam_run ratslam_map ratslam_places ratslam_town; do
+  [ "$(readlink -f "$(command -v "$name")")" = "$1/devel/lib/ratslam_ros/$name" ] || { echo "$name is not on PATH"; bad=1; }
 done
 exit $bad

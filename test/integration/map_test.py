@@ -94,11 +94,11 @@ class Map(unittest.TestCase):
         names = {(t.header.frame_id, t.child_frame_id) for m in transforms for t in m.transforms}
         self.assertEqual(names, {("map", "wheels/odom")})
 
-    def check_square(self, maps):
+    def check_square(self, maps, frame="map"):
         self.assertTrue(harness.wait_until(lambda: maps and maps[-1].edge_count == 4), self.node.output())
         last = maps[-1]
         self.assertEqual((last.node_count, len(last.node), len(last.edge)), (4, 4, 4))
-        self.assertEqual(last.header.frame_id, "map")
+        self.assertEqual(last.header.frame_id, frame)
         self.assertEqual((last.edge[3].source_id, last.edge[3].destination_id), (3, 0))
         self.assertAlmostEqual(last.edge[0].duration.to_sec(), 1.0, places=6)
         diagonal = ((last.node[2].pose.position.x - last.node[0].pose.position.x) ** 2 +
@@ -134,6 +134,21 @@ class Map(unittest.TestCase):
         self.start()
         self.assertEqual(self.node.ended(), 1, self.node.output())
         self.assertEqual(self.node.count("_final.tum: cannot write this file"), 1, self.node.output())
+
+    def test_without_a_map_frame_messages_name_none_and_no_transform_is_broadcast(self):
+        """The scripts that came with OpenRatSLAM (show_em.py) expect an empty frame."""
+        self.start(map_frame="")
+        maps = self.listen("ExperienceMap/Map", TopologicalMap)
+        poses = self.listen("ExperienceMap/RobotPose", PoseStamped)
+        transforms = self.listen("/tf", tf2_msgs.msg.TFMessage)
+        odometry = self.publisher("odom", Odometry)
+        actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
+        self.drive(odometry, lambda at, step: actions.publish(self.fill(TopologicalAction(), at, step)))
+        self.check_square(maps, frame="")
+        self.assertTrue(harness.wait_until(lambda: poses))
+        self.assertEqual({message.header.frame_id for message in maps + poses}, {""})
+        self.assertEqual([t for message in transforms for t in message.transforms], [])
+        self.assertEqual(self.node.count("map_frame is empty"), 1, self.node.output())
 
     def test_states_rule_out_actions_and_everything_is_published(self):
         states = rospy.Publisher(self.root + "/PoseCell/State", PoseCellState, queue_size=1000)

@@ -54,6 +54,24 @@ def test_table_json_and_figures(files, run):
     assert (files / "r.pdf").read_bytes()[:4] == b"%PDF"
 
 
+def test_a_few_poses_far_off_do_not_take_the_scale_from_all_others():
+    """An odometry that has just started is off by metres for a moment."""
+    import types
+
+    from ratslam_tools.evaluation import error_plots
+
+    usual = np.linspace(0.0, 0.1, 600)
+    spiked = usual.copy()
+    spiked[:3] = 2.2
+    results = [types.SimpleNamespace(errors=errors) for errors in (spiked, usual)]
+    assert 0.1 < error_plots.top_of_scale(results) < 0.15
+    assert error_plots.top_of_scale(results[1:]) == usual.max()
+    grows = [types.SimpleNamespace(errors=np.linspace(0.0, 50.0, 600))]
+    assert error_plots.top_of_scale(grows) == 50.0
+    standing = [types.SimpleNamespace(errors=np.array([0.0] * 99 + [1.0]))]
+    assert error_plots.top_of_scale(standing) == 1.0
+
+
 def test_coverage_tells_half_a_trajectory(files, run, drive):
     write_tum(files / "half.tum", drive().select(slice(0, 100)))
     run("evaluate_ape", files / "truth.tum", files / "half.tum", "--save_results", files / "h.json")

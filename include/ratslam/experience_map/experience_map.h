@@ -96,6 +96,7 @@ class ExperienceMap {
 
   /// Whether actions change the map; else recalls only place the robot in it, and no experience is created.
   void setLearning(bool learning) { learning_ = learning; }
+  bool learning() const { return learning_; }
 
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit

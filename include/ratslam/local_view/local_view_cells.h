@@ -70,6 +70,7 @@ class LocalViewCells {
 
   /// Whether views that are not recalled are learned; else they make no view cell active (kNoView).
   void setLearning(bool learning) { learning_ = learning; }
+  bool learning() const { return learning_; }
 
   /// Number of view cells, equal to the number of learned templates.
   std::size_t size() const { return pair_.matcher->size(); }

@@ -38,6 +38,7 @@ class ExperienceSelector {
 
   /// Whether step 1 and 2 may create an experience; else the current one stays where they would.
   void setLearning(bool learning) { learning_ = learning; }
+  bool learning() const { return learning_; }
 
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing

@@ -52,6 +52,7 @@ class PoseCells {
 
   /// Whether places may become experiences; else only known ones become current.
   void setLearning(bool learning) { selector_.setLearning(learning); }
+  bool learning() const { return selector_.learning(); }
 
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters

@@ -86,6 +86,8 @@ class EventGate {
   void pop() { events_.pop_front(); }
   std::size_t size() const { return events_.size(); }
   std::optional<Stamp> lastEvent() const { return last_event_; }
+  /// A stamp that the events which have passed do not exceed, but all others do.
+  Stamp latestPassed() const { return events_.empty() ? last_event_.value_or(0) : events_.front().stamp - 1; }
 
   /// Motion since the last call up to `stamp`, as far as it is known; none while the events wait for the
   /// odometry to go back in time with them.

@@ -18,6 +18,7 @@
 #include "ratslam/camera/image_frame.h"
 #include "ratslam/local_view/local_view_cells.h"
 #include "ratslam/system/event_gate.h"
+#include "ratslam/system/parameter_changes.h"
 #include "ratslam/system/recall_check.h"
 
 namespace ratslam {
@@ -63,6 +64,15 @@ class LocalViewStage {
   /// Whether views that are not recalled are learned; else they make no view cell active.
   void setLearning(bool learning) { cells_.setLearning(learning); }
 
+  /// Other parameters for all views later than `after`: those of changeableKeys may differ.
+  /// @throws std::invalid_argument for bad ones
+  void change(Stamp after, const LocalViewParams& params) {
+    params.validate();
+    changes_.add(after, params);
+  }
+  /// The stamp after which a change that is made now would hold.
+  Stamp latestProcessed() const { return gate_.latestPassed(); }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters
   void load(const State& state);
@@ -99,6 +109,7 @@ class LocalViewStage {
 
   RecallGeometryParams recall_params_;
   LocalViewCells cells_;
+  TimedChanges<LocalViewParams> changes_;
   std::unique_ptr<RecallCheck> recall_check_;  ///< where vt_verify asks for it, once the camera is known
   EventGate<WaitingView> gate_;
   std::deque<Certainty> certainties_;  ///< of samples that no view has used yet

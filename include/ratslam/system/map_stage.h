@@ -13,6 +13,7 @@
 #include "ratslam/events.h"
 #include "ratslam/experience_map/experience_map.h"
 #include "ratslam/system/event_gate.h"
+#include "ratslam/system/parameter_changes.h"
 
 namespace ratslam {
 
@@ -63,6 +64,15 @@ class MapStage {
   /// Whether the map may change; else recalls only say where the robot is in it.
   void setLearning(bool learning) { map_.setLearning(learning); }
 
+  /// Other parameters for all decisions later than `after`: those of changeableKeys may differ.
+  /// @throws std::invalid_argument for bad ones
+  void change(Stamp after, const ExperienceMapParams& params) {
+    params.validate();
+    changes_.add(after, params);
+  }
+  /// The stamp after which a change that is made now would hold.
+  Stamp latestProcessed() const { return gate_.latestPassed(); }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit
   void load(const State& state);
@@ -75,6 +85,7 @@ class MapStage {
   std::optional<Eigen::Vector3d> odometryAt(Stamp stamp) const;
 
   ExperienceMap map_;
+  TimedChanges<ExperienceMapParams> changes_;
   std::vector<std::string> refusals_;
   NumberSession session_;
   std::vector<std::uint32_t> experience_of_;  ///< number in the map of each number in the pose cells

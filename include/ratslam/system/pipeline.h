@@ -110,6 +110,11 @@ class Pipeline {
   /// Whether anything is learned; else the robot only finds its place in what is known.
   void setLearning(bool learning);
 
+  /// Other thresholds and gains for what is later than `after` (parameter_changes.h).
+  void change(Stamp after, const LocalViewParams& params) { local_view_.change(after, params); }
+  void change(Stamp after, const PoseCellParams& params) { pose_cells_.change(after, params); }
+  void change(Stamp after, const ExperienceMapParams& params) { map_.change(after, params); }
+
   /// Everything that the results of later calls depend on.
   void save(State& state) const;
   /// @param go_on  the recording goes on where the saved one ended; else interrupt() is called, and the

@@ -10,6 +10,7 @@
 #include "ratslam/events.h"
 #include "ratslam/pose_cells/pose_cells.h"
 #include "ratslam/system/event_gate.h"
+#include "ratslam/system/parameter_changes.h"
 
 namespace ratslam {
 
@@ -54,6 +55,15 @@ class PoseCellStage {
   /// Whether places may become experiences.
   void setLearning(bool learning) { cells_.setLearning(learning); }
 
+  /// Other parameters for all views later than `after`: those of changeableKeys may differ.
+  /// @throws std::invalid_argument for bad ones
+  void change(Stamp after, const PoseCellParams& params) {
+    params.validate();
+    changes_.add(after, params);
+  }
+  /// The stamp after which a change that is made now would hold.
+  Stamp latestProcessed() const { return gate_.latestPassed(); }
+
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters
   void load(const State& state);
@@ -62,6 +72,7 @@ class PoseCellStage {
   PoseCellDecision process(const ViewEvent& view);
 
   PoseCells cells_;
+  TimedChanges<PoseCellParams> changes_;
   NumberSession view_session_;
   OdometryStreamParams stream_;
   EventGate<ViewEvent> gate_;

@@ -13,6 +13,7 @@
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
+#include "ratslam_ros/support/stage_tuning.h"
 #include "ratslam_ros/support/start_gate.h"
 
 namespace ratslam {
@@ -47,6 +48,7 @@ class LocalViewNode {
   cv::Mat last_image_;  ///< to draw
   CalibratedImages images_;
   NodeDiagnostics diagnostics_;
+  StageTuning<LocalViewStage, LocalViewParams> tuning_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
   ros::WallTimer diagnostics_timer_;

@@ -10,6 +10,7 @@
 #include "ratslam/local_view/recall/recall_geometry_params.h"
 #include "ratslam/system/map_stage.h"
 #include "ratslam_ros/RecallGeometry.h"
+#include "ratslam_ros/support/change_log.h"
 #include "ratslam_ros/support/decision_source.h"
 #include "ratslam_ros/support/goal_reporter.h"
 #include "ratslam_ros/support/map_publisher.h"
@@ -19,6 +20,8 @@
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
 #include "ratslam_ros/support/rival_watch.h"
+#include "ratslam_ros/support/stage_tuning.h"
+#include "ratslam_ros/support/trajectory_files.h"
 
 namespace ratslam {
 
@@ -35,7 +38,8 @@ class MapNode {
   void subscribe();
   template <class Message>
   void onDecision(const Message& message);
-  bool onWriteTrajectories(std_srvs::Trigger::Response& response);
+  bool onWriteTrajectories(std_srvs::TriggerRequest&, std_srvs::TriggerResponse& response);
+  TrajectoryFiles writeFiles() const;
   void watch();
   /// Processes what is possible, without waiting for silent streams where `wait` is false; publishes.
   void drain(bool wait);
@@ -61,6 +65,8 @@ class MapNode {
   ros::ServiceServer write_service_;
   RivalWatch rivals_;
   NodeDiagnostics diagnostics_;
+  ChangeLog changes_;
+  StageTuning<MapStage, ExperienceMapParams> tuning_;
   ros::WallTimer watch_timer_;
   ros::WallTimer diagnostics_timer_;
 };

@@ -13,6 +13,7 @@
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
+#include "ratslam_ros/support/stage_tuning.h"
 #include "ratslam_ros/support/stamp_offset.h"
 #include "ratslam_ros/support/start_gate.h"
 
@@ -49,6 +50,7 @@ class PoseCellNode {
   MessageGuard guard_;
   StampOffset offset_;
   NodeDiagnostics diagnostics_;
+  StageTuning<PoseCellStage, PoseCellParams> tuning_;
   RateMeter view_rate_, odometry_rate_;
   std::size_t views_ = 0, samples_ = 0;
   CountedWarning went_on_without_;

@@ -47,7 +47,9 @@ struct NodeParams {
           "listen to inputs only once every output has this many subscribers (gives up after 15 s)");
     visit("publish_tf", publish_tf, any,
           "broadcast map -> odom (ratslam_em) or odom -> base_link (odometries)");
-    visit("map_frame", map_frame, any, "frame of the map");
+    visit("map_frame", map_frame, any,
+          "frame of the map; empty: messages name none, as OpenRatSLAM's scripts expect, and there is no "
+          "transform");
     visit("odom_frame", odom_frame, any,
           "frame of the odometry; empty: as an external odometry's messages say, and odom for ours");
     visit("base_frame", base_frame, any, "frame of the robot");

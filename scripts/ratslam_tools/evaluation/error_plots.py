@@ -7,6 +7,10 @@ import numpy as np
 from ratslam_tools import plotting
 from ratslam_tools.trajectory import frames
 
+USUAL = 0.98  # share of the poses that are not far off
+SPIKE = 3.0  # errors this many times larger than all usual ones are spikes
+MARGIN = 1.2
+
 
 def ground_axes(compared):
     """Indices of the two coordinates that make the ground plane (or the plane of largest extent)."""
@@ -51,29 +55,40 @@ def plot_errors(results, title: str, quantity: str, path=None, show: bool = Fals
     plotting.finish(pyplot, errors_figure(pyplot, results, title, quantity), path, show)
 
 
+def top_of_scale(results) -> float:
+    """Where the scales end: at the largest error, or, where a few poses are far off (an odometry that has just started),
+    a little above all the others, which nobody could tell apart else."""
+    largest = max(float(result.errors.max()) for result in results)
+    usual = max(float(np.quantile(result.errors, USUAL)) for result in results)
+    return largest if largest <= SPIKE * usual or usual == 0.0 else MARGIN * usual
+
+
 def errors_figure(pyplot, results, title: str, quantity: str):
     """Coloured trajectories, which share one colour scale, above the errors over time."""
     count = len(results)
     figure = pyplot.figure(figsize=(max(8.0, 5.6 * count), 9.0), constrained_layout=True)
     grid = figure.add_gridspec(2, count, height_ratios=[2.2, 1.0])
-    largest = max(float(result.errors.max()) for result in results)
+    top = top_of_scale(results)
+    beyond = any((result.errors > top).any() for result in results)
     maps = []
     for column, result in enumerate(results):
         maps.append(figure.add_subplot(grid[0, column]))
         mean = float(result.errors.mean())
         artist = draw_coloured(
-            maps[-1], result, largest, f"{result.name}\nmean {mean:.3g}, max {result.errors.max():.3g}"
+            maps[-1], result, top, f"{result.name}\nmean {mean:.3g}, max {result.errors.max():.3g}"
         )
-    figure.colorbar(artist, ax=maps, label=quantity, shrink=0.85)
+    figure.colorbar(artist, ax=maps, label=quantity, shrink=0.85, extend="max" if beyond else "neither")
     axes = figure.add_subplot(grid[1, :])
     for result in results:
         stamps = result.compared.reference.stamps
         ends = np.asarray(result.ends)
         times = ends if stamps is None else stamps[ends] - stamps[0]
-        axes.plot(times, result.errors, linewidth=0.9, label=plotting.literal(result.name))
+        above = int((result.errors > top).sum())
+        label = result.name + (f" ({above} of {len(result.errors)} above the scale)" if above else "")
+        axes.plot(times, result.errors, linewidth=0.9, label=plotting.literal(label))
     axes.set_xlabel("pose" if results[0].compared.reference.stamps is None else "time [s]")
     axes.set_ylabel(quantity)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(bottom=0.0, top=top if beyond else None)
     axes.grid(alpha=0.3)
     axes.legend(loc="best", fontsize=8)
     figure.suptitle(plotting.literal(title))

@@ -129,6 +129,7 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
 }
 
 void LocalViewStage::process(const WaitingView& waiting, std::vector<ViewObservation>& seen) {
+  changes_.applyBefore(waiting.stamp, cells_);
   const ViewMotion motion = needsOdometry() ? motionUntil(waiting.stamp) : ViewMotion{};
   ViewObservation observation;
   if (recall_check_) {

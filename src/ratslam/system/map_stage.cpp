@@ -116,6 +116,7 @@ void MapStage::load(const State& state) {
 }
 
 void MapStage::process(const TopologicalAction& action) {
+  changes_.applyBefore(action.stamp, map_);
   if (!started_ || beginnings_ != gate_.beginnings()) {
     const Stamp start = gate_.clockStart().value_or(action.stamp);
     map_.start(start);

@@ -48,6 +48,7 @@ PoseCellDecision PoseCellStage::process(const ViewEvent& view) {
     if (view_session_.id != 0) cells_.forgetViewsFrom(view.session.known);
     view_session_ = view.session;
   }
+  changes_.applyBefore(view.stamp, cells_);
   double distance = 0.0;
   double rotation = 0.0;
   const auto steps = gate_.motionUntil(view.stamp);

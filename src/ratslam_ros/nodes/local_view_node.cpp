@@ -25,7 +25,8 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       odometry_timeout_(params_.sync_timeout),
       images_(handle, parameters, cameraHandler(),
               [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
-      diagnostics_(handle, own) {
+      diagnostics_(handle, own),
+      tuning_(handle, own, parameters, stage_) {
   if (!stage_.needsCamera()) resume();
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
   outputs_.push_back(handle.advertise<ratslam_ros::ViewTemplate>(topic("LocalView/Template"), 0));

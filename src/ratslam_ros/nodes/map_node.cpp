@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "ratslam_ros/support/conversions.h"
-#include "ratslam_ros/support/trajectory_files.h"
 
 namespace ratslam {
 
@@ -35,18 +34,15 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
               }),
       silence_(params_.sync_timeout),
       rivals_(handle_, odometry_.topic()),
-      diagnostics_(handle_, own) {
-  if (!params_.trajectory_file.empty()) {
-    requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
-  }
+      diagnostics_(handle_, own),
+      changes_(handle_, topicName(params_.topic_root, "ParameterChange")),
+      tuning_(handle_, own, parameters, stage_) {
+  requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
   if (const auto state = checkpoints_.resume()) stage_.load(*state);
   stage_.setLearning(!params_.localise_only);
   subscribe();
-  write_service_ = handle_.advertiseService<std_srvs::Trigger::Request, std_srvs::Trigger::Response>(
-      topicName(params_.topic_root, "ExperienceMap/WriteTrajectories"),
-      [this](std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-        return onWriteTrajectories(response);
-      });
+  write_service_ = handle_.advertiseService(topicName(params_.topic_root, "ExperienceMap/WriteTrajectories"),
+                                            &MapNode::onWriteTrajectories, this);
   watch_timer_ =
       handle_.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
   diagnostics_.add("map", [this](DiagnosticStatus& status) {
@@ -122,12 +118,11 @@ void MapNode::watch() {
   drain(false);
 }
 
-bool MapNode::onWriteTrajectories(std_srvs::Trigger::Response& response) {
+bool MapNode::onWriteTrajectories(std_srvs::TriggerRequest&, std_srvs::TriggerResponse& response) {
   try {
     if (params_.trajectory_file.empty()) throw std::runtime_error("the parameter trajectory_file is not set");
     stage_.map().settle();
-    const TrajectoryFiles files =
-        writeTrajectories(stage_.map(), params_.trajectory_file, params_.trajectory_format);
+    const TrajectoryFiles files = writeFiles();
     response.success = 1;
     response.message = files.online + ", " + files.final;
   } catch (const std::exception& e) {
@@ -137,13 +132,17 @@ bool MapNode::onWriteTrajectories(std_srvs::Trigger::Response& response) {
   return true;
 }
 
+TrajectoryFiles MapNode::writeFiles() const {
+  changes_.write(params_.trajectory_file);
+  return writeTrajectories(stage_.map(), params_.trajectory_file, params_.trajectory_format);
+}
+
 void MapNode::finish() {
   checkpoints_.finish([this](State& state) { stage_.save(state); });
   stage_.map().settle();
   publisher_.publishMap(stage_.map());
   if (params_.trajectory_file.empty()) return;
-  const TrajectoryFiles files =
-      writeTrajectories(stage_.map(), params_.trajectory_file, params_.trajectory_format);
+  const TrajectoryFiles files = writeFiles();
   ROS_INFO("trajectories written: %s, %s", files.online.c_str(), files.final.c_str());
 }
 

@@ -29,7 +29,8 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       views_watch_(handle.resolveName(topicName(params_.topic_root, "LocalView/Template")),
                    "ratslam_ros/ViewTemplate"),
       odometry_timeout_(params_.sync_timeout),
-      diagnostics_(handle_, own) {
+      diagnostics_(handle_, own),
+      tuning_(handle_, own, parameters, stage_) {
   if (const auto state = checkpoints_.resume()) stage_.load(*state);
   stage_.setLearning(!params_.localise_only);
   session_.known = static_cast<std::uint32_t>(stage_.cells().experiences());

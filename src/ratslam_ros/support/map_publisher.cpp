@@ -1,6 +1,7 @@
 #include "ratslam_ros/support/map_publisher.h"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <ros/console.h>
 #include <std_msgs/Float64.h>
 
 #include <algorithm>
@@ -25,6 +26,10 @@ MapPublisher::MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bo
   robot_pose_ = handle.advertise<geometry_msgs::PoseStamped>(topic("ExperienceMap/RobotPose"), 0);
   robot_pose_with_covariance_ = handle.advertise<geometry_msgs::PoseWithCovarianceStamped>(
       topic("ExperienceMap/RobotPoseWithCovariance"), 0);
+  if (params_.publish_tf && params_.map_frame.empty()) {
+    ROS_INFO("map_frame is empty: the transform from the map to the odometry is not broadcast");
+    params_.publish_tf = false;
+  }
   if (with_scale) scale_ = handle.advertise<std_msgs::Float64>(topic("ExperienceMap/Scale"), 0);
 }
 

@@ -35,7 +35,7 @@ void NodeParams::validate() const {
   if (localise_only && map_dir.empty()) {
     throwBadValue("localise_only", true, "it needs a map: set map_dir");
   }
-  requireFrame("map_frame", map_frame);
+  if (!map_frame.empty()) requireFrame("map_frame", map_frame);
   if (!odom_frame.empty()) requireFrame("odom_frame", odom_frame);
   requireFrame("base_frame", base_frame);
 }

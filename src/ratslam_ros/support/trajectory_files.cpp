@@ -24,7 +24,8 @@ TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& form
   std::filesystem::path base(file);
   if (base.extension() == ".tum" || base.extension() == ".txt") base.replace_extension();
   const std::string ending = format == "kitti" ? ".txt" : ".tum";
-  return {base.string() + "_online" + ending, base.string() + "_final" + ending, base.string() + "_map.yaml"};
+  return {base.string() + "_online" + ending, base.string() + "_final" + ending, base.string() + "_map.yaml",
+          base.string() + "_changes.csv"};
 }
 
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
@@ -46,6 +47,7 @@ TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& f
 }
 
 void requireTrajectoriesWritable(const std::string& file, const std::string& format) {
+  if (file.empty()) return;
   const TrajectoryFiles files = trajectoryFiles(file, format);
   makeFolderOf(files.online);
   for (const std::string& path : {files.online, files.final, files.map}) requireWritable(path);

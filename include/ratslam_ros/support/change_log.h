@@ -1,0 +1,26 @@
+/// The parameters that were changed while the nodes ran, for FILE_changes.csv beside the trajectories.
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <string>
+#include <vector>
+
+#include "ratslam/system/parameter_changes.h"
+
+namespace ratslam {
+
+class ChangeLog {
+ public:
+  ChangeLog(ros::NodeHandle handle, const std::string& topic);
+
+  /// Writes what changed, by time; no file where nothing did. @param file  as for writeTrajectories
+  /// @throws std::runtime_error naming what cannot be written
+  void write(const std::string& file) const;
+
+ private:
+  std::vector<ParameterChange> changes_;
+  ros::Subscriber subscriber_;
+};
+
+}  // namespace ratslam

@@ -1,0 +1,33 @@
+#include "ratslam_ros/support/change_log.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "ratslam/common/atomic_file.h"
+#include "ratslam_ros/ParameterChange.h"
+#include "ratslam_ros/support/conversions.h"
+#include "ratslam_ros/support/trajectory_files.h"
+
+namespace ratslam {
+
+ChangeLog::ChangeLog(ros::NodeHandle handle, const std::string& topic)
+    : subscriber_(handle.subscribe<ratslam_ros::ParameterChange>(
+          topic, 0, [this](const ratslam_ros::ParameterChangeConstPtr& message) {
+            changes_.push_back({stampFromRos(message->header.stamp), message->name, message->value});
+          })) {}
+
+void ChangeLog::write(const std::string& file) const {
+  if (changes_.empty()) return;
+  std::vector<ParameterChange> sorted = changes_;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& first, const auto& second) { return first.after < second.after; });
+  AtomicFile out(trajectoryFiles(file, "tum").changes);
+  out.stream() << "after_ns,name,value\n";
+  for (const ParameterChange& change : sorted) {
+    out.stream() << change.after << ',' << change.name << ',' << change.value << '\n';
+  }
+  out.close();
+  out.commit();
+}
+
+}  // namespace ratslam

@@ -1,0 +1,189 @@
+#!/usr/bin/python3
+"""Executes the commands of README, CONTRIBUTING and docs as they stand there, on a tree that is built.
+
+Usage: document_commands.py SOURCE_TREE [--short] [--only DOCUMENT] [--list]
+
+Commands are the indented and the fenced `sh` lines whose first word is a program of ours or of ROS. They run in a scratch
+folder that looks like the source tree, beside small synthetic recordings under the names that documents use for a user's
+own: what is literal is the command, not the data. A comment before a block says why it cannot run anywhere:
+
+    <!-- not run: a robot -->        skipped, with that reason
+    <!-- long -->                    skipped by --short: installs, builds or takes minutes
+
+Two things are changed, and said: there is no display (rviz:=true becomes false), and what runs until it is stopped is
+stopped once it runs. Exits with 1 where a command fails.
+"""
+import argparse
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+OURS = re.compile(r"scripts/|build/|ratslam_\w+ |\. |source |(rosrun|roslaunch|rostopic|python3|cmake|parallel|sbatch|roscp) ")
+# They work on the source tree itself.
+BUILDS = re.compile(r"scripts/(setup|build|test|demo|benchmark)\b|cmake ")
+MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)) -->")
+COMMENT = re.compile(r"\s{2,}#.*$")
+TIMEOUT_S = 7200
+SETTLED_S = 20  # that a live launch must last
+TOWN = ["--frames", "90", "--size", "620x188", "--wheel-noise", "0.01,0.02,0.002"]
+FATAL = re.compile(r"\[FATAL\]|has died|Traceback|REQUIRED process")
+
+
+class Block:
+    def __init__(self, document, line, mark):
+        self.document, self.line, self.mark, self.commands = document, line, mark, []
+
+
+def blocks(tree, document):
+    """Blocks of commands of a document; a command may go on after a backslash."""
+    lines = (tree / document).read_text(encoding="utf-8").splitlines()
+    found, block, mark, fence, before = [], None, None, None, ""
+    for number, line in enumerate(lines, 1):
+        if line.startswith("```"):
+            fence = None if fence is not None else line[3:].strip()
+            block = None
+            continue
+        indented = fence is None and line.startswith("    ") and (block is not None or not before.strip() or MARK.search(before))
+        text = line if fence == "sh" else line[4:] if indented else None
+        if text is None or not text.strip():
+            block = block if text is not None or not line.strip() else None
+            mark = MARK.search(line) or (mark if not line.strip() else None)
+        elif block is not None and block.commands and block.commands[-1].endswith("\\"):
+            block.commands[-1] = block.commands[-1][:-1] + text.strip()
+        elif OURS.match(text):
+            if block is None:
+                block = Block(document, number, mark)
+                found.append(block)
+            block.commands.append(COMMENT.sub("", text).strip())
+        before = line
+    return found
+
+
+class Sandbox:
+    """The scratch folder with its stand-ins, and a shell that has sourced the devel space."""
+
+    def __init__(self, tree, folder):
+        self.tree, self.folder = tree, folder
+        for name in ("scripts", "config", "devel", "build", "docs", "launch"):
+            (folder / name).symlink_to(tree / name)
+        (folder / "home").mkdir()
+        with socket.socket() as free:
+            free.bind(("", 0))
+            port = free.getsockname()[1]
+        self.environment = {key: value for key, value in os.environ.items() if key in ("PATH", "LANG", "TERM")}
+        self.environment.update(PATH="/usr/bin:" + os.environ["PATH"], HOME=str(folder / "home"), ROS_HOME=str(folder / "home/ros"),
+                                ROS_HOSTNAME="localhost", ROS_MASTER_URI=f"http://localhost:{port}", MPLBACKEND="Agg",
+                                ROSCONSOLE_STDOUT_LINE_BUFFERED="1", PYTHONDONTWRITEBYTECODE="1")
+        self.make_recordings()
+        self.master = self.start("roscore -p " + str(port))
+
+    def make_recordings(self):
+        town = "ratslam_town " + " ".join(TOWN)
+        recorder = f"{town} --layout recorder --gps-noise 1"
+        for command in (f"{town} --out kitti/sequences/00", f"{town} --out drive.bag --root kitti",
+                        f"{town} --out irat.bag --root irat_red --jpeg-quality 90", f"{recorder} --out phone",
+                        "ln -s kitti/sequences/00 K", "ln -s kitti dataset", "ln -s K DISTURBED", "ln -s K DRIVE", "ln -s K OTHER",
+                        "cp config/kitti.yaml C", "cp config/robot.yaml my.yaml", "cp phone/calibration.yaml phone.yaml",
+                        "mv \"$(dirname phone/*/data_image.txt)\" '23-05-14 10:31:07'", "cp K/poses.txt 00.txt",
+                        "cp K/poses.txt 02.txt", "cp K/times.txt times_00.txt", "mkdir -p out",
+                        "ratslam_run K --config config/kitti.yaml --out first", "cp first/odometry.csv ."):
+            done = self.run(command)
+            if done.returncode:
+                raise SystemExit(f"stand-ins cannot be made: {command}\n{done.stdout}")
+
+    def shell(self, command):
+        ros = "[ -e /opt/ros/noetic/setup.bash ] && . /opt/ros/noetic/setup.bash; "
+        return ["bash", "-c", f"{ros}. devel/setup.bash; {command}"]
+
+    def run(self, command):
+        folder = self.tree if BUILDS.match(command) else self.folder
+        return subprocess.run(self.shell(command), cwd=folder, env=self.environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT_S, check=False)
+
+    def start(self, command, output=subprocess.DEVNULL):
+        return subprocess.Popen(self.shell("exec " + command), cwd=self.folder, env=self.environment, stdout=output,
+                                stderr=subprocess.STDOUT)
+
+    def run_live(self, command):
+        """Starts what does not end, looks that it lasts, and stops it. @return (whether that went well, output)"""
+        log = self.folder / "live.log"
+        with open(log, "w", encoding="utf-8") as output:
+            process = self.start(command, output)
+            time.sleep(SETTLED_S)
+            lasted = process.poll() is None
+            process.send_signal(signal.SIGINT)
+            process.wait(60.0)
+        text = log.read_text(encoding="utf-8")
+        return lasted and not FATAL.search(text), text
+
+    def close(self):
+        self.master.send_signal(signal.SIGINT)
+        self.master.wait(30.0)
+
+
+def is_live(command):
+    return command.startswith("roslaunch") and "bag:=" not in command
+
+
+def execute(sandbox, command):
+    """@return (word for the table, output)"""
+    shown = command.replace("rviz:=true", "rviz:=false")
+    try:
+        if is_live(shown):
+            good, output = sandbox.run_live(shown)
+        else:
+            done = sandbox.run(shown)
+            good, output = done.returncode == 0, done.stdout
+    except subprocess.TimeoutExpired as error:
+        return f"FAILED after {error.timeout:.0f} s", str(error.stdout)
+    changed = " (rviz:=false)" if shown != command else ""
+    return ("ok" if good else "FAILED") + changed, output
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("tree", type=pathlib.Path)
+    parser.add_argument("--short", action="store_true", help="leave out what is marked as long")
+    parser.add_argument("--only", help="this document, such as docs/robot.md")
+    parser.add_argument("--list", action="store_true", help="only say what would run")
+    options = parser.parse_args()
+    tree = options.tree.resolve()
+    documents = [options.only] if options.only else ["README.md", "CONTRIBUTING.md"] + sorted(
+        str(path.relative_to(tree)) for path in (tree / "docs").glob("*.md"))
+    failed, sandbox = 0, None
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="documents_"))
+    try:
+        for block in [block for document in documents for block in blocks(tree, document)]:
+            mark = block.mark.groupdict() if block.mark else {"why": None, "long": None}
+            absent = next((word for word in (command.split()[0] for command in block.commands)
+                           if re.fullmatch(r"parallel|sbatch", word) and not shutil.which(word)), None)
+            why = (absent and absent + " is not installed") or mark["why"] or ("long" if mark["long"] and options.short else None)
+            for command in block.commands:
+                where = f"{block.document}:{block.line}"
+                if why or options.list:
+                    print(f"{where}: {'skipped: ' + why if why else 'runs'}: {command}", flush=True)
+                    continue
+                sandbox = sandbox or Sandbox(tree, folder)
+                begin = time.monotonic()
+                word, output = execute(sandbox, command)
+                print(f"{where}: {word}, {time.monotonic() - begin:.0f} s: {command}", flush=True)
+                if word.startswith("FAILED"):
+                    failed += 1
+                    print("    " + "\n    ".join(output.splitlines()[-25:]), flush=True)
+    finally:
+        if sandbox:
+            sandbox.close()
+        shutil.rmtree(folder)
+    print(f"{failed} commands failed" if failed else "every command works")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
