@@ -130,8 +130,9 @@ void LocalViewCells::save(State& state) const {
   state.set("active", active_);
   state.set("geometry", geometry_);
   state.set("view_size", std::array<int, 2>{view_image_.cols, view_image_.rows});
-  state.set("view",
-            std::vector<std::uint8_t>(view_image_.begin<std::uint8_t>(), view_image_.end<std::uint8_t>()));
+  std::vector<std::uint8_t> view;  // an empty image has no iterators
+  if (!view_image_.empty()) view.assign(view_image_.begin<std::uint8_t>(), view_image_.end<std::uint8_t>());
+  state.set("view", view);
 }
 
 void LocalViewCells::load(const State& state) {

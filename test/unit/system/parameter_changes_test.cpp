@@ -89,6 +89,7 @@ TEST(ParameterChanges, HoldForWhatIsLaterThanTheirStampAndForNothingBefore) {
   }
 }
 
+// Nor need anything have been seen before the first change.
 TEST(ParameterChanges, TheNewestOfSeveralThatAreDueHolds) {
   const auto twice = drive([](Pipeline& pipeline) {
     LocalViewParams other = params().local_view;
