@@ -9,6 +9,7 @@
 #include "ratslam/common/progress_bar.h"
 #include "ratslam/common/stop_signal.h"
 #include "ratslam/dataset/odometry_file.h"
+#include "ratslam/odometry/orb/orb_params.h"
 #include "ratslam/odometry/profile/profile_odometry.h"
 #include "ratslam/odometry/registry.h"
 #include "ratslam/version.h"
@@ -52,6 +53,13 @@ std::unique_ptr<Pipeline> makePipeline(const RunOptions& options, const Pipeline
   const auto camera = needed ? chooseCamera(options, params, recording) : std::nullopt;
   const auto doubt = camera ? camera->doubt() : std::nullopt;
   if (doubt) say(options.input + ": " + *doubt);
+  const std::string& frame = params.odometry.of<OrbOdometryParams>().camera_frame;
+  if (kind.name == "orb" && !frame.empty()) {
+    throwBadValue(
+        "camera_frame", frame,
+        "there is no tf here; leave it empty and set camera_x ... camera_yaw_deg to what ratslam_orb_vo "
+        "says when it has looked them up");
+  }
   std::unique_ptr<OdometrySource> source;
   if (kind.origin == OdometryOrigin::kImages) source = params.odometry.make(kind, camera);
   return std::make_unique<Pipeline>(params, std::move(source), camera);

@@ -5,6 +5,7 @@
 
 #include "ratslam/odometry/orb/orb_source.h"
 #include "ratslam_ros/support/calibrated_images.h"
+#include "ratslam_ros/support/camera_mount.h"
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_publisher.h"
@@ -32,6 +33,7 @@ class OrbOdometryNode {
   CountedWarning restarted_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
+  std::optional<CameraMount> mount_;
 };
 
 }  // namespace ratslam

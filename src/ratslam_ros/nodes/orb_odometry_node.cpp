@@ -15,8 +15,10 @@ OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& par
           [this](const CameraModel& camera) { source_.emplace(camera, odometry_params_); },
           [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
       diagnostics_(handle, own) {
-  gate_.emplace(handle, own, publisher_.publishers(), params_.wait_for_subscribers,
-                [this] { images_.start(); });
+  mount_.emplace(handle, params_.base_frame, odometry_params_, [this, handle, own] {
+    gate_.emplace(handle, own, publisher_.publishers(), params_.wait_for_subscribers,
+                  [this] { images_.start(); });
+  });
   diagnostics_.addImages(images_.subscriber());
   diagnostics_.add("visual odometry", [this](DiagnosticStatus& status) {
     display_.describe(status, source_ ? &source_->odometry() : nullptr);

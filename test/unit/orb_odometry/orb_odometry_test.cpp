@@ -78,6 +78,48 @@ TEST_F(OrbOdometryOnAStreet, YawIsCounterClockwisePositive) {
   EXPECT_NEAR(results.back().sample.yaw_rate, turn / kPeriod, 0.02);
 }
 
+TEST_F(OrbOdometryOnAStreet, ACameraOffTheAxleIsCarriedRoundByTheTurn) {
+  const auto bend = [](int i) { return cameraAt(0.02 * i, kStep * i); };
+  OrbOdometry in_the_camera(smallCamera(), metric());
+  const auto camera = drive(in_the_camera, 30, bend);
+  OrbOdometryParams params = metric();
+  params.camera_x = 1.2;
+  params.camera_y = -0.3;
+  params.camera_z = 1.1;
+  OrbOdometry at_the_axle(smallCamera(), params);
+  next_frame_ = 0;
+  const auto axle = drive(at_the_axle, 30, bend);
+  const Eigen::Isometry3d mount(Eigen::Translation3d(1.2, -0.3, 1.1));
+  for (std::size_t i = 0; i < camera.size(); ++i) {
+    const Eigen::Isometry3d expected = mount * *camera[i].sample.pose * mount.inverse();
+    EXPECT_TRUE(axle[i].sample.pose->isApprox(expected, 1e-9)) << i;
+    const Eigen::Vector3d turn = camera[i].twist.tail<3>();
+    EXPECT_TRUE(axle[i].twist.tail<3>().isApprox(turn, 1e-9));
+    EXPECT_NEAR(axle[i].sample.speed, camera[i].twist(0) - turn.cross(mount.translation()).x(), 1e-9);
+    EXPECT_NEAR(axle[i].covariance(5, 5), camera[i].covariance(5, 5), 1e-12);
+  }
+  EXPECT_GT(std::abs(axle.back().sample.speed - camera.back().sample.speed), 0.01);
+}
+
+TEST(CameraMount, IsGivenBackByItsNumbers) {
+  OrbOdometryParams params;
+  params.camera_pitch_deg = 12.0;
+  params.camera_yaw_deg = -40.0;
+  params.camera_roll_deg = 3.0;
+  params.camera_x = 0.5;
+  OrbOdometryParams found;
+  found.setBaseFromCamera(params.baseFromCamera());
+  EXPECT_NEAR(found.camera_pitch_deg, 12.0, 1e-9);
+  EXPECT_NEAR(found.camera_yaw_deg, -40.0, 1e-9);
+  EXPECT_NEAR(found.camera_roll_deg, 3.0, 1e-9);
+  EXPECT_EQ(found.camera_x, 0.5);
+  // A camera that looks down sees the floor ahead: its axis points forward and down in base_link.
+  const Eigen::Vector3d axis = params.baseFromCamera().linear() * Eigen::Vector3d::UnitZ();
+  EXPECT_GT(axis.x(), 0.7);
+  EXPECT_LT(axis.y(), -0.6);  // to the right
+  EXPECT_NEAR(axis.z(), -std::sin(degreesToRadians(12.0)), 1e-9);
+}
+
 TEST_F(OrbOdometryOnAStreet, StandingCarDoesNotDrift) {
   OrbOdometry odometry(smallCamera(), metric());
   drive(odometry, 15, straight);

@@ -16,8 +16,9 @@
 /// Every image gives a result that depends on the images so far only. The pose is continued by corrections,
 /// too: it jumps there. The twist never jumps.
 ///
-/// Frames: base_link (x forward, y left, z up) lies in the camera's centre, level when the camera is pitched
-/// by camera_pitch_deg; the odometry frame is base_link at the first image.
+/// Frames: base_link (x forward, y left, z up) is where camera_x ... camera_yaw_deg put it, by default in the
+/// camera's centre and level with it; the odometry frame is base_link at the first image. Poses, twists and
+/// covariances are base_link's.
 #pragma once
 
 #include <cstdint>
@@ -130,6 +131,7 @@ class OrbOdometry {
   TrackingParams tracking_params_;
   MapInitialiser initialiser_;
   Eigen::Quaterniond base_from_camera_;
+  Eigen::Vector3d camera_in_base_;  // [m]
   ScaleKeeper scale_keeper_;
   LensRefinement lens_refinement_;
 

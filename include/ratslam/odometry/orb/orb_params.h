@@ -1,6 +1,9 @@
 /// Settings of the ORB odometry; keys as in configuration files.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <string>
+
 #include "ratslam/common/params.h"
 
 namespace ratslam {
@@ -14,6 +17,12 @@ struct OrbOdometryParams {
   double camera_height = 0.0;
   bool ground_plane = true;
   double camera_pitch_deg = 0.0;
+  double camera_roll_deg = 0.0;
+  double camera_yaw_deg = 0.0;
+  double camera_x = 0.0;
+  double camera_y = 0.0;
+  double camera_z = 0.0;
+  std::string camera_frame;
   bool refine_lens = true;
   double nominal_speed = 0.0;
   int window_keyframes = 8;
@@ -44,6 +53,16 @@ struct OrbOdometryParams {
           "hold the scale by the road plane; without camera_height it holds the scale of the start");
     visit("camera_pitch_deg", camera_pitch_deg, Bounds{-60.0, 60.0},
           "camera looking down by this much [deg]");
+    visit("camera_roll_deg", camera_roll_deg, Bounds{-180.0, 180.0},
+          "camera turned clockwise about where it looks [deg]");
+    visit("camera_yaw_deg", camera_yaw_deg, Bounds{-180.0, 180.0},
+          "camera looking to the left by this much [deg]");
+    visit("camera_x", camera_x, Bounds{-100.0, 100.0}, "camera in base_link, forward [m]");
+    visit("camera_y", camera_y, Bounds{-100.0, 100.0}, "camera in base_link, to the left [m]");
+    visit("camera_z", camera_z, Bounds{-100.0, 100.0}, "camera in base_link, up [m]");
+    visit("camera_frame", camera_frame, Bounds{},
+          "the camera's optical frame (x right, y down, z forward): ratslam_orb_vo takes camera_x ... "
+          "camera_yaw_deg from tf, where base_frame holds it; empty: as they are here");
     visit("orb_refine_lens", refine_lens, Bounds{},
           "find the lens error (radial, tangential) that the calibration has left, and correct it");
     visit("nominal_speed", nominal_speed, Bounds{0.0, 1000.0},
@@ -68,6 +87,11 @@ struct OrbOdometryParams {
     visit("threads", threads, Bounds{1, 64},
           "threads that share the work on an image; the results do not depend on it");
   }
+  /// Camera axes (x right, y down, z forward) in base_link, turned by yaw, then pitch, then roll.
+  Eigen::Isometry3d baseFromCamera() const;
+  /// Sets the six numbers that baseFromCamera() gives back. @param T camera axes in base_link
+  void setBaseFromCamera(const Eigen::Isometry3d& T);
+
   /// @throws std::invalid_argument naming key, value and bound.
   void validate() const;
 };

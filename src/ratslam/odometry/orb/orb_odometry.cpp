@@ -66,13 +66,6 @@ std::uint32_t epochOf(Stamp first) {
   return static_cast<std::uint32_t>(bits ^ (bits >> 32));
 }
 
-/// Camera axes (x right, y down, z forward) in base_link, for a camera that looks down by `pitch` [rad].
-Eigen::Quaterniond cameraInBase(double pitch) {
-  Eigen::Matrix3d level;
-  level << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return Eigen::Quaterniond(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) * level).normalized();
-}
-
 }  // namespace
 
 OrbOdometry::OrbOdometry(const CameraModel& camera, const OrbOdometryParams& params)
@@ -84,7 +77,8 @@ OrbOdometry::OrbOdometry(const CameraModel& camera, const OrbOdometryParams& par
       tracking_params_(trackingParams(params)),
       initialiser_(camera, TwoViewParams{params.init_points, params.init_parallax_deg, 1.0},
                    params.map_keyframes),
-      base_from_camera_(cameraInBase(degreesToRadians(params.camera_pitch_deg))),
+      base_from_camera_(Eigen::Quaterniond(params.baseFromCamera().linear()).normalized()),
+      camera_in_base_(params.baseFromCamera().translation()),
       scale_keeper_(scaleParams(params), base_from_camera_.conjugate() * -Eigen::Vector3d::UnitZ()),
       lens_refinement_(camera, LensRefinementParams{}),
       history_(unknownSpeed(params)) {}
@@ -252,6 +246,9 @@ void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& step, doubl
   const Vector6 twist = logTransform(step) / dt;
   result.twist.head<3>() = base_from_camera_ * twist.head<3>();
   result.twist.tail<3>() = base_from_camera_ * twist.tail<3>();
+  if (!camera_in_base_.isZero(0.0)) {  // a camera off the axis is carried round in turns
+    result.twist.head<3>() -= Eigen::Vector3d(result.twist.tail<3>()).cross(camera_in_base_);
+  }
   result.sample.speed = result.twist(0);
   result.sample.yaw_rate = result.twist(5);
   result.covariance = inBase(covariance) / (dt * dt);
@@ -280,22 +277,25 @@ RigidTransform OrbOdometry::lastPose() const {
 }
 
 Eigen::Isometry3d OrbOdometry::inBase(const RigidTransform& motion_of_camera) const {
-  const RigidTransform C{base_from_camera_, Eigen::Vector3d::Zero()};
+  const RigidTransform C{base_from_camera_, camera_in_base_};
   return (C * motion_of_camera * C.inverse()).isometry();
 }
 
 Matrix6 OrbOdometry::inBase(const Matrix6& covariance) const {
-  Matrix6 rotation = Matrix6::Zero();
-  rotation.topLeftCorner<3, 3>() = base_from_camera_.toRotationMatrix();
-  rotation.bottomRightCorner<3, 3>() = rotation.topLeftCorner<3, 3>();
-  return rotation * covariance * rotation.transpose();
+  Matrix6 adjoint = Matrix6::Zero();
+  adjoint.topLeftCorner<3, 3>() = base_from_camera_.toRotationMatrix();
+  adjoint.bottomRightCorner<3, 3>() = adjoint.topLeftCorner<3, 3>();
+  if (!camera_in_base_.isZero(0.0)) {
+    adjoint.topRightCorner<3, 3>() = skew(camera_in_base_) * adjoint.topLeftCorner<3, 3>();
+  }
+  return adjoint * covariance * adjoint.transpose();
 }
 
 std::vector<Eigen::Vector3d> OrbOdometry::landmarkPositions() const {
   std::vector<Eigen::Vector3d> positions;
   if (!map_) return positions;
   for (const Landmark& landmark : map_->landmarks()) {
-    positions.push_back(base_from_camera_ * (T_odom_world_ * landmark.position));
+    positions.push_back(base_from_camera_ * (T_odom_world_ * landmark.position) + camera_in_base_);
   }
   return positions;
 }
