@@ -32,7 +32,7 @@ MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)) -->")
 COMMENT = re.compile(r"\s{2,}#.*$")
 TIMEOUT_S = 7200
 SETTLED_S = 20  # that a live launch must last
-TOWN = ["--frames", "90", "--size", "620x188", "--wheel-noise", "0.01,0.02,0.002"]
+TOWN = "ratslam_town --frames 60 --jpeg-quality 90 --wheel-noise 0.01,0.02,0.002"
 FATAL = re.compile(r"\[FATAL\]|has died|Traceback|REQUIRED process")
 
 
@@ -85,10 +85,10 @@ class Sandbox:
         self.master = self.start("roscore -p " + str(port))
 
     def make_recordings(self):
-        town = "ratslam_town " + " ".join(TOWN)
-        recorder = f"{town} --layout recorder --gps-noise 1"
-        for command in (f"{town} --out kitti/sequences/00", f"{town} --out drive.bag --root kitti",
-                        f"{town} --out irat.bag --root irat_red --jpeg-quality 90", f"{recorder} --out phone",
+        small = f"{TOWN} --size 416x240"
+        phone = f"{TOWN} --layout recorder --gps-noise 1 --size 1280x960 --calibration 1000,1000,640,480"
+        for command in (f"{TOWN} --out kitti/sequences/00", f"{TOWN} --out drive.bag --root kitti",
+                        f"{small} --out irat.bag --root irat_red", f"{phone} --out phone",
                         "ln -s kitti/sequences/00 K", "ln -s kitti dataset", "ln -s K DISTURBED", "ln -s K DRIVE", "ln -s K OTHER",
                         "cp config/kitti.yaml C", "cp config/robot.yaml my.yaml", "cp phone/calibration.yaml phone.yaml",
                         "mv \"$(dirname phone/*/data_image.txt)\" '23-05-14 10:31:07'", "cp K/poses.txt 00.txt",
