@@ -95,6 +95,41 @@ TEST(OdometryThatSays, PosesKeepTheAttitudeOfTheOdometry) {
   }
 }
 
+/// Twice round a square, every place of the second lap recalled. One side of the first lap was not measured,
+/// and what the odometry says of it afterwards is wrong by 40 degrees, and sure of itself.
+TEST(OdometryThatSays, AWrongCorrectionGivesWayToRecalls) {
+  ExperienceMap map(params());
+  map.start(0);
+  std::uint32_t current = 0;
+  for (int k = 1; k <= 200; ++k) {
+    const bool bridged = k > 30 && k <= 45;
+    const double turn = k > 1 && k % 25 == 1 ? kPi / 2.0 : 0.0;
+    OdometryStep driven = step(1.0, turn, bridged ? 1.0 : 0.01, bridged ? 0.2 : 1e-4);
+    driven.bridged = bridged;
+    map.integrate(k * kTick, driven);
+    const auto to = static_cast<std::uint32_t>((k - 1) % 100);
+    map.apply(action(k > 100 ? ActionKind::kCreateEdge : ActionKind::kCreateNode, current, to));
+    current = to;
+    if (k != 46) continue;
+    OdometryCorrection correction;
+    correction.from = 30 * kTick;
+    correction.to = 46 * kTick;
+    const Eigen::AngleAxisd wrong(0.7, Eigen::Vector3d::UnitZ());
+    correction.motion = wrong * Eigen::Translation3d(16.0, 0.0, 0.0);
+    correction.covariance = 1e-4 * TwistCovariance::Identity();
+    map.correct(correction);
+  }
+  map.settle();
+  // The square's corners: places of steps 25, 50, 75 and 100.
+  const Eigen::Vector2d corners[] = {{24.0, 0.0}, {24.0, 25.0}, {-1.0, 25.0}, {-1.0, 0.0}};
+  const MapPose& start = map.graph().pose(0);
+  for (int i = 0; i < 4; ++i) {
+    const MapPose& place = map.graph().pose(static_cast<std::uint32_t>(25 * (i + 1) - 1));
+    const Eigen::Vector2d at(place.x - start.x, place.y - start.y);
+    EXPECT_LT((at - corners[i]).norm(), 1.0) << "corner " << i << " at " << at.transpose();
+  }
+}
+
 /// A stretch that was predicted to be straight was a quarter turn after all.
 TEST(OdometryThatSays, ACorrectionTakesThePlaceOfThePrediction) {
   for (const bool experiences_within : {true, false}) {

@@ -9,9 +9,9 @@
 ///     r_lambda = w_s (lambda_j - kept lambda_i)               only where the odometry measured
 ///     r_z      = w_z (z_j - z_i - exp(lambda_i) dz_ij)
 ///
-/// The energy is the sum of squares; a recall's share is passed through Cauchy's kernel c^2 log(1 + r^2 /
-/// c^2), so that a wrong one cannot fold the map, while one that the odometry's uncertainty leaves possible
-/// still closes. With unit weights, lambda = 0 and z absent this is equation (6)'s energy. Node 0 is fixed.
+/// The energy is the sum of squares; the share of a recall, and of what an odometry says afterwards of a
+/// stretch that it did not measure, is passed through Cauchy's kernel c^2 log(1 + r^2 / c^2), so that a wrong
+/// one cannot fold the map, while one that the odometry's uncertainty leaves possible still closes. With unit weights, lambda = 0 and z absent this is equation (6)'s energy. Node 0 is fixed.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,7 +36,7 @@ struct Constraint {
   double scale_kept = 1.0;  ///< share of the log-scale of `from` that is left at `to`
   bool recall = false;      ///< says nothing about scale, is measured in the map's unit, and may be wrong
   bool vague = false;       ///< a recall of which only the place is known: the same one, more or less
-  double doubt = 1.0;       ///< of a recall: width of its kernel in units of the graph's
+  double doubt = 1.0;       ///< of what has a kernel: its width in units of the graph's
   bool shortcut = false;    ///< odometry over a stretch that the chain of constraints tells, too
 
   /// Whether it can disagree with the constraints before it.
@@ -72,7 +72,7 @@ struct LinearisedConstraint {
 
 class PoseGraph {
  public:
-  /// @param kernel width c of Cauchy's kernel on recalls, in standard deviations.
+  /// @param kernel width c of Cauchy's kernel, in standard deviations.
   explicit PoseGraph(double kernel) : kernel_(kernel) {}
 
   const std::vector<MapPose>& nodes() const { return nodes_; }

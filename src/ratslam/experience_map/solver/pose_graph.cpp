@@ -121,12 +121,12 @@ NodeCovariance PoseGraph::propagate(const Constraint& constraint, const MapPose&
 
 double PoseGraph::energy(const Constraint& constraint, double squared) const {
   const double width = kernel_ * constraint.doubt;
-  return constraint.recall ? width * width * std::log1p(squared / (width * width)) : squared;
+  return constraint.closes() ? width * width * std::log1p(squared / (width * width)) : squared;
 }
 
 double PoseGraph::weight(const Constraint& constraint, double squared) const {
   const double width = kernel_ * constraint.doubt;
-  return constraint.recall ? 1.0 / (1.0 + squared / (width * width)) : 1.0;
+  return constraint.closes() ? 1.0 / (1.0 + squared / (width * width)) : 1.0;
 }
 
 double PoseGraph::energy(const std::vector<MapPose>& nodes, std::size_t first, double sum) const {

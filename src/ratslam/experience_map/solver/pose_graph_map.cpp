@@ -50,6 +50,9 @@ constexpr double kLostPlace = 1000.0;
 constexpr double kLostFacing = 10.0;
 constexpr double kLostScale = 1.0;
 
+/// A correction says four things at once, a recall mostly two: twice as far off is as doubtful.
+constexpr double kCorrectionDoubt = 2.0;
+
 double square(double value) { return value * value; }
 
 }  // namespace
@@ -136,6 +139,7 @@ void PoseGraphMap::correct(ExperienceGraph& graph, const CorrectedWay& way) {
   whole.to = way.frames[way.within - 1].first;
   whole.measured = between(nodes[whole.from], nodes[whole.to]);
   whole.shortcut = true;
+  whole.doubt = kCorrectionDoubt;
   whole.scale_weight = 0.0;
   const Eigen::Matrix2d turned = Eigen::Rotation2Dd(way.before.yaw).toRotationMatrix();
   setWeights(whole, turned * way.covariance.topLeftCorner<2, 2>() * turned.transpose(), way.covariance(2, 2),
