@@ -84,6 +84,14 @@ struct Observation {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< undistorted
   double sigma = 1.0;                               ///< expected error relative to that at level 0
   int level = 0;                                    ///< of the pyramid in which it was measured
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("landmark", landmark);
+    fields("pixel", pixel);
+    fields("sigma", sigma);
+    fields("level", level);
+  }
 };
 
 struct Frame {
@@ -107,6 +115,9 @@ Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
 /// Gives a frame's observations the places that another calibration undistorts them to. Its features, which
 /// are many and mostly not looked at again, follow with refreshFeatures.
 void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to);
+
+/// Gives a frame's features their undistorted places. @param pixels one a feature.
+void placeFeatures(Frame& frame, const std::vector<Eigen::Vector2d>& pixels);
 
 /// Undistorts a frame's features anew if they are outdated.
 void refreshFeatures(Frame& frame, const CameraModel& camera);

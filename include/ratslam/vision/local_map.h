@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "ratslam/vision/frame.h"
+#include "ratslam/vision/frame_state.h"
 
 namespace ratslam {
 
@@ -36,6 +37,38 @@ struct Landmark {
   KeyframeId created = 0;
   int visible = 0;  ///< frames that should have seen it
   int found = 0;    ///< frames that did
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("id", id);
+    fields("position", position);
+    fields("descriptor", descriptor);
+    fields("reference", reference);
+    fields("reference_raw", reference_raw);
+    fields("reference_level", reference_level);
+    fields("created", created);
+    fields("visible", visible);
+    fields("found", found);
+    // Lists of plain values, which fit into the rows of a table.
+    std::vector<KeyframeId> keyframes;
+    std::vector<Eigen::Vector2d> pixels;
+    std::vector<double> sigmas;
+    std::vector<int> strikes;
+    for (const LandmarkObservation& seen : observations) {
+      keyframes.push_back(seen.keyframe);
+      pixels.push_back(seen.pixel);
+      sigmas.push_back(seen.sigma);
+      strikes.push_back(seen.strikes);
+    }
+    fields("seen_by", keyframes);
+    fields("seen_at", pixels);
+    fields("seen_sigma", sigmas);
+    fields("strikes", strikes);
+    observations.clear();
+    for (std::size_t i = 0; i < std::min({keyframes.size(), pixels.size(), sigmas.size(), strikes.size()});
+         ++i)
+      observations.push_back({keyframes[i], pixels[i], sigmas[i], strikes[i]});
+  }
 };
 
 struct Keyframe {
@@ -82,6 +115,10 @@ class LocalMap {
   void recalibrate(const CameraModel& from, const CameraModel& to);
   /// Median depth of the landmarks in front of a camera; 0 where there is none.
   double medianDepth(const RigidTransform& T_camera_world) const;
+
+  void save(State& state, FramesToSave& frames) const;
+  /// @throws std::runtime_error naming what is missing or does not fit together
+  void load(const State& state, const LoadedFrames& frames);
 
  private:
   void dropOldestKeyframe(const CameraModel& camera);

@@ -39,6 +39,12 @@ struct RigidTransform {
     m.translation() = translation;
     return m;
   }
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("rotation", rotation);
+    fields("translation", translation);
+  }
 };
 
 /// Rotation of |omega| [rad] about omega.

@@ -92,6 +92,11 @@ void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to) {
     observation.pixel = to.undistort(from.distort(observation.pixel), observation.pixel);
 }
 
+void placeFeatures(Frame& frame, const std::vector<Eigen::Vector2d>& pixels) {
+  for (std::size_t i = 0; i < frame.features.size(); ++i) frame.features[i].pixel = pixels[i];
+  frame.grid = PointGrid(frame.features, kGridCell);
+}
+
 void refreshFeatures(Frame& frame, const CameraModel& camera) {
   if (!frame.features_outdated) return;
   for (Feature& feature : frame.features) feature.pixel = camera.undistort(feature.raw, feature.pixel);

@@ -1,6 +1,9 @@
 #include "ratslam/vision/local_map.h"
 
 #include <algorithm>
+#include <stdexcept>
+
+#include "ratslam/common/state.h"
 
 namespace ratslam {
 
@@ -80,6 +83,37 @@ void LocalMap::recalibrate(const CameraModel& from, const CameraModel& to) {
     for (LandmarkObservation& seen : landmark.observations)
       seen.pixel = to.undistort(from.distort(seen.pixel), seen.pixel);
   }
+}
+
+void LocalMap::save(State& state, FramesToSave& frames) const {
+  state.set("next_keyframe", next_keyframe_);
+  state.set("next_landmark", next_landmark_);
+  std::vector<int> numbers;
+  for (const Keyframe& keyframe : keyframes_) numbers.push_back(frames.number(keyframe.frame));
+  state.set("keyframes", numbers);
+  state.set("landmarks", landmarks_);
+}
+
+void LocalMap::load(const State& state, const LoadedFrames& frames) {
+  state.get("next_keyframe", next_keyframe_);
+  state.get("next_landmark", next_landmark_);
+  state.get("landmarks", landmarks_);
+  const auto numbers = state.get<std::vector<int>>("keyframes");
+  keyframes_.clear();
+  // Ids have no gaps, and the last one was given last.
+  KeyframeId id = next_keyframe_ - static_cast<KeyframeId>(numbers.size());
+  for (const int number : numbers) keyframes_.push_back({id++, frames.frame(number)});
+  const bool whole = !keyframes_.empty() &&
+                     std::all_of(keyframes_.begin(), keyframes_.end(),
+                                 [](const Keyframe& k) { return k.frame != nullptr; }) &&
+                     std::all_of(landmarks_.begin(), landmarks_.end(), [&](const Landmark& landmark) {
+                       return keyframe(landmark.reference) &&
+                              std::all_of(landmark.observations.begin(), landmark.observations.end(),
+                                          [&](const auto& seen) { return keyframe(seen.keyframe); });
+                     });
+  if (!whole)
+    throw std::runtime_error("state " + state.path() + ": keyframes and landmarks do not fit together");
+  reindex();
 }
 
 double LocalMap::medianDepth(const RigidTransform& T_camera_world) const {

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "ratslam/odometry/orb/orb_odometry.h"
+#include "ratslam/system/image_stage.h"
 #include "street_scene.h"
 
 namespace ratslam {
@@ -42,12 +43,17 @@ class Bridging : public testing::Test {
     OrbOdometryParams params = smallParams();
     params.camera_height = StreetScene::kCameraHeight;
     OrbOdometry odometry(smallCamera(), params);
+    ImageStage stage(ImageStageParams{}, [](ImageEvent, const std::string&) {});
     std::vector<OrbResult> results;
+    qualities_.clear();
     for (int i = 0; i < frames; ++i) {
       if (!wanted(i)) continue;
       cv::Mat image = scene.render(smallCamera(), pose_of(i));
       spoil(i, image);
-      results.push_back(odometry.track(stampFromSeconds(kPeriod * i), image));
+      const auto frame = stage.add({stampFromSeconds(kPeriod * i), "image", image, {}});
+      EXPECT_TRUE(frame);
+      qualities_.push_back(frame->quality);
+      results.push_back(odometry.track(frame->stamp, frame->image, frame->quality));
     }
     restarts_ = odometry.restarts();
     return results;
@@ -82,6 +88,7 @@ class Bridging : public testing::Test {
     }
   }
 
+  std::vector<ImageQuality> qualities_;
   std::int64_t restarts_ = 0;
 };
 
@@ -106,7 +113,7 @@ TEST_F(Bridging, FrozenCameraIsNotStandingStill) {
   });
   expectEverythingElseIsKnown(results);
   for (std::size_t i = 21; i < 30; ++i) {
-    EXPECT_EQ(results[i].sight, Sight::kFrozen);
+    EXPECT_EQ(qualities_[i], ImageQuality::kFrozen);
     EXPECT_TRUE(results[i].sample.bridged);
     EXPECT_NEAR(results[i].sample.speed, kStep / kPeriod, 0.1 * kStep / kPeriod);
   }
@@ -136,7 +143,7 @@ TEST_F(Bridging, PoseGoesOnByTheCorrectionAndTheWayLeadsThere) {
     EXPECT_EQ(frameAt(sample.stamp), ++frame);
     EXPECT_NEAR(sample.motion.translation().x(), kStep * (frame - 19), 1.0);
   }
-  EXPECT_EQ(results[25].sight, Sight::kBlank);
+  EXPECT_EQ(qualities_[20], ImageQuality::kBlank);
 }
 
 TEST_F(Bridging, LongGapIsBridgedBySpeedBeforeAndAfter) {

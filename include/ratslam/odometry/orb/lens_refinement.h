@@ -52,6 +52,15 @@ class LensRefinement {
   /// What to add to the calibrated coefficients, by all that is known.
   LensChange estimate() const;
 
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("information", information_);
+    fields("weighted", weighted_);
+    fields("applied", applied_);
+    fields("worthwhile", worthwhile_);
+    fields("measured", measured_);
+  }
+
  private:
   Eigen::Matrix4d informationWithPrior() const;
   double cornerShift(const LensChange& from, const LensChange& to) const;

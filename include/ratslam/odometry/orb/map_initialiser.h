@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "ratslam/odometry/orb/motion_history.h"
 #include "ratslam/vision/local_map.h"
 #include "ratslam/vision/two_view.h"
 
@@ -25,9 +26,14 @@ class MapInitialiser {
 
   /// The frame that the next map would start from; nothing before the first frame.
   const std::shared_ptr<Frame>& reference() const { return reference_; }
+  /// @param turn from the reference to this frame, where something else has measured it: matches are looked
+  /// for where it takes them, and a map that has turned otherwise is none. Two views of points at one depth
+  /// can confuse a turn with a way to the side.
   /// @return a map as soon as the frames allow one.
-  std::optional<InitialMap> add(const std::shared_ptr<Frame>& frame);
+  std::optional<InitialMap> add(const std::shared_ptr<Frame>& frame,
+                                const std::optional<UncertainTurn>& turn = std::nullopt);
   void reset() { reference_.reset(); }
+  void setReference(std::shared_ptr<Frame> reference) { reference_ = std::move(reference); }
   /// Another calibration, for the frames to come. @pre reset
   void setCamera(const CameraModel& camera) { camera_ = camera; }
 

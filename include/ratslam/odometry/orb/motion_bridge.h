@@ -2,17 +2,22 @@
 ///
 /// While it lasts, each sample is predicted from the motion before, turned by what far features say where the
 /// image shows any (far_view.h). Once tracking is back, the whole stretch is known better - from the motion
-/// before and after, from far features of both ends, or from the map itself - and its samples are laid anew
-/// along it.
+/// before and after, from far features, or from the map itself - and its samples are laid anew along it.
+///
+/// The frames seen in between are a chain. Where far features connect a frame to the one before, the turn from
+/// one to the other is measured; where nothing does, as across a gap, the turn rates at both ends fill it
+/// (motion_history.h). The speed changes evenly from the one before the stretch to the one after it.
 ///
 /// All poses are those of the camera in one frame of reference, the odometry's.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "ratslam/odometry/orb/far_view.h"
 #include "ratslam/odometry/orb/motion_history.h"
+#include "ratslam/vision/frame_state.h"
 
 namespace ratslam {
 
@@ -22,6 +27,12 @@ UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 struct StampedPoseOfCamera {
   Stamp stamp = 0;
   RigidTransform pose;
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("stamp", stamp);
+    fields("pose", pose);
+  }
 };
 
 class MotionBridge {
@@ -36,21 +47,32 @@ class MotionBridge {
   const RigidTransform& startPose() const { return from_.pose; }
   /// Seconds from the start to `stamp`.
   double lasts(Stamp stamp) const { return secondsBetween(from_.stamp, stamp); }
-  /// Predicted motion since the last sample (or the start).
-  UncertainMotion predict(Stamp stamp, const MotionHistory& history) const;
   /// Predicted pose at `stamp`, nothing added.
   RigidTransform posePredicted(Stamp stamp, const MotionHistory& history) const {
     return lastPose() * predict(stamp, history).motion;
   }
-  /// Adds a sample. @param frame none where the image shows nothing. @return the motion since the last one.
-  UncertainMotion add(const CameraModel& camera, Stamp stamp, std::shared_ptr<const Frame> frame,
-                      const MotionHistory& history, WorkerPool& workers);
+
+  /// What is known of a sample before it is added.
+  struct Step {
+    Stamp stamp = 0;
+    UncertainMotion motion;  ///< since the last sample
+    RigidTransform pose;
+    std::optional<UncertainMotion> seen;  ///< since the last frame, by far features; |translation| = 1
+  };
+  /// @param frame none where the image shows nothing.
+  Step look(const CameraModel& camera, Stamp stamp, const Frame* frame, const MotionHistory& history,
+            WorkerPool& workers) const;
+  /// Adds it.
+  void add(const Step& step, std::shared_ptr<const Frame> frame);
+  /// The turn from an earlier frame to a step's, where far features connect all frames between them.
+  std::optional<UncertainTurn> turnSince(Stamp earlier, const Step& step) const;
   /// Pose of the sample at `stamp`; the last one's where there is none.
   RigidTransform poseAt(Stamp stamp) const;
   RigidTransform lastPose() const { return way_.empty() ? from_.pose : way_.back().pose; }
 
-  /// The motion from the start to a frame, the first of a new map, given the twist of the camera there.
-  UncertainMotion motionTo(const CameraModel& camera, const Frame& frame, const Vector6& twist_after,
+  /// The motion from the start to a frame of a sample, the first of a new map. @param after
+  /// twist of the camera there.
+  UncertainMotion motionTo(const CameraModel& camera, const Frame& frame, const Vector6& after,
                            const MotionHistory& history, WorkerPool& workers) const;
   /// The frame at the start, if there is one.
   const Frame* before() const { return before_.get(); }
@@ -62,16 +84,47 @@ class MotionBridge {
   std::vector<StampedPoseOfCamera> layOut(const std::vector<StampedPoseOfCamera>& known,
                                           const Vector6& before, const Vector6& after) const;
 
+  void save(State& state, FramesToSave& frames) const;
+  /// @throws std::runtime_error naming what is missing
+  static MotionBridge loaded(const State& state, const LoadedFrames& frames);
+
  private:
   struct Sample {
     Stamp stamp = 0;
     RigidTransform pose;
     std::shared_ptr<const Frame> frame;
   };
+  /// From one frame to the next.
+  struct Link {
+    Stamp begin = 0;
+    Stamp end = 0;
+    std::optional<UncertainMotion> seen;  // by far features; |translation| = 1
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("begin", begin);
+      fields("end", end);
+      fields("seen", seen);
+    }
+  };
+  /// Consecutive links that no far features connect.
+  struct Blind {
+    double begin = 0.0;  // seconds from the start
+    double end = 0.0;
+    Eigen::Vector3d rate_before = Eigen::Vector3d::Zero();  // [rad/s]
+    Eigen::Vector3d rate_after = Eigen::Vector3d::Zero();
+  };
+  UncertainMotion predict(Stamp stamp, const MotionHistory& history) const;
+  Stamp lastFrameStamp() const { return last_frame_ ? last_frame_->stamp : from_.stamp; }
+  Blind blindAround(std::size_t link, const Vector6& before, const Vector6& after) const;
+  /// The motion along a link. @param before, after twists at both ends of a stretch of `whole` seconds.
+  RigidTransform along(std::size_t link, const Vector6& before, const Vector6& after, double whole) const;
+  Matrix6 covarianceAlong(std::size_t link, const RigidTransform& motion, const MotionHistory& history) const;
   void thinOutFrames();
 
   StampedPoseOfCamera from_;
   std::vector<Sample> way_;
+  std::vector<Link> links_;
   RigidTransform last_frame_pose_;           // of last_frame_
   std::shared_ptr<const Frame> before_;      // at the start
   std::shared_ptr<const Frame> last_frame_;  // the last that showed something

@@ -18,6 +18,18 @@ namespace ratslam {
 struct UncertainMotion {
   RigidTransform motion;
   Matrix6 covariance = Matrix6::Zero();
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("motion", motion);
+    fields("covariance", covariance);
+  }
+};
+
+/// A turn of the camera: its axes at the end in those at the start, and the covariance in the latter [rad^2].
+struct UncertainTurn {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 class MotionHistory {
@@ -45,11 +57,27 @@ class MotionHistory {
   UncertainMotion predict(double begin, double end) const;
   /// Motion over `duration` seconds between two measured twists.
   UncertainMotion between(const Vector6& before, const Vector6& after, double duration) const;
+  /// Covariance of a motion along `way` whose length and turn about the vertical have these variances.
+  static Matrix6 spread(const Eigen::Vector3d& way, double speed_variance, double turn_variance);
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("recent", recent_);
+    fields("weight", weight_);
+    fields("speed_changes", speed_changes_);
+    fields("turn_changes", turn_changes_);
+  }
 
  private:
   struct Measurement {
-    Stamp stamp;
-    Vector6 twist;
+    Stamp stamp = 0;
+    Vector6 twist = Vector6::Zero();
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("stamp", stamp);
+      fields("twist", twist);
+    }
   };
   UncertainMotion along(const Vector6& twist, double duration, double speed_variance,
                         double turn_variance) const;

@@ -28,10 +28,10 @@
 #include <vector>
 
 #include "ratslam/camera/camera_model.h"
+#include "ratslam/camera/image_frame.h"
 #include "ratslam/common/worker_pool.h"
 #include "ratslam/odometry/odometry.h"
 #include "ratslam/odometry/orb/frame_tracker.h"
-#include "ratslam/odometry/orb/image_sight.h"
 #include "ratslam/odometry/orb/lens_refinement.h"
 #include "ratslam/odometry/orb/map_initialiser.h"
 #include "ratslam/odometry/orb/motion_bridge.h"
@@ -50,13 +50,26 @@ struct OrbResult {
   Vector6 twist = Vector6::Zero();       ///< base_link: linear [m/s], angular [rad/s]
   Matrix6 covariance = Matrix6::Zero();  ///< of the twist, in its order and units
   OrbState state = OrbState::kInitialising;
-  int tracked_points = 0;       ///< landmarks that the pose rests on
-  int keyframes = 0;            ///< in the local map
-  int landmarks = 0;            ///< in the local map
-  bool keyframe = false;        ///< this frame became one
-  bool restarted = false;       ///< a fresh map began with this frame (not the first one)
-  Sight sight = Sight::kClear;  ///< frozen and blank images are not tracked
-  bool ignored = false;         ///< the stamp was not later than the last: the image was not looked at
+  int tracked_points = 0;  ///< landmarks that the pose rests on
+  int keyframes = 0;       ///< in the local map
+  int landmarks = 0;       ///< in the local map
+  bool keyframe = false;   ///< this frame became one
+  bool restarted = false;  ///< a fresh map began with this frame (not the first one)
+  bool ignored = false;    ///< the stamp was not later than the last: the image was not looked at
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("sample", sample);
+    fields("twist", twist);
+    fields("covariance", covariance);
+    fields("state", state);
+    fields("tracked_points", tracked_points);
+    fields("keyframes", keyframes);
+    fields("landmarks", landmarks);
+    fields("keyframe", keyframe);
+    fields("restarted", restarted);
+    fields("ignored", ignored);
+  }
 };
 
 class OrbOdometry {
@@ -67,9 +80,10 @@ class OrbOdometry {
   /// The next image. A stamp that is not later than the last one's is ignored and counted, and the last
   /// result is given again with zero motion.
   /// @param image 8-bit, one channel (grey) or three (BGR).
+  /// @param quality frozen and blank images are not tracked.
   /// @throws std::invalid_argument for another type or a size that is not the camera's; the state is
   /// unchanged.
-  OrbResult track(Stamp stamp, const cv::Mat& image);
+  OrbResult track(Stamp stamp, const cv::Mat& image, ImageQuality quality = ImageQuality::kUsable);
 
   std::int64_t ignoredFrames() const { return ignored_frames_; }
   std::int64_t restarts() const { return restarts_; }
@@ -84,6 +98,11 @@ class OrbOdometry {
   /// Landmarks of the local map in the odometry frame [m], for display.
   std::vector<Eigen::Vector3d> landmarkPositions() const;
 
+  /// All that the results of later frames depend on.
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing or does not fit camera and parameters
+  void load(const State& state);
+
  private:
   cv::Mat checkedGrey(const cv::Mat& image) const;
   /// A tracked sample, as it lies to a keyframe.
@@ -91,14 +110,30 @@ class OrbOdometry {
     Stamp stamp = 0;
     KeyframeId reference = 0;
     RigidTransform T_reference;
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("stamp", stamp);
+      fields("reference", reference);
+      fields("T_reference", T_reference);
+    }
   };
   /// A fresh map that is still too young to say how it lies to what was before it.
   struct Settling {
     MotionHistory before;
     std::vector<Measured> way;  // since it took over
-  };
 
-  bool startMap(OrbResult& result);
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("before", before);
+      fields("way", way);
+    }
+  };
+  /// What is neither a frame nor holds one.
+  template <class Fields>
+  void stateFields(Fields&& fields);
+
+  bool startMap(OrbResult& result, const MotionBridge::Step& step);
   bool trackMap(OrbResult& result, double dt);
   bool mayStartAnew(Stamp stamp) const;
   void adoptMap(InitialMap initial, OrbResult& result);
@@ -135,7 +170,6 @@ class OrbOdometry {
   ScaleKeeper scale_keeper_;
   LensRefinement lens_refinement_;
 
-  ImageSight sight_;
   MotionHistory history_;
 
   OrbState state_ = OrbState::kInitialising;

@@ -17,6 +17,8 @@ class OrbSource : public OdometrySource {
 
   OdometrySample track(const ImageFrame& frame) override;
   std::optional<std::string> failure() const override;
+  void save(State& state) const override;
+  void load(const State& state) override;
 
   const OrbOdometry& odometry() const { return *odometry_; }
   /// Everything about the last frame; nothing before the first.

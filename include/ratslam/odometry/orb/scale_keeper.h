@@ -55,6 +55,24 @@ class ScaleKeeper {
   void scaleGiven(double sigma_log) { start_variance_ = sigma_log * sigma_log; }
   std::optional<RoadMeasurement> lastMeasurement() const { return last_; }
 
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("normal", normal_);
+    fields("target", target_);
+    fields("locked", locked_);
+    fields("pending", pending_);
+    fields("variance", variance_);
+    fields("surprise", surprise_);
+    fields("start_variance", start_variance_);
+    fields("unseen", unseen_);
+    fields("block_way", block_way_);
+    fields("block_correction", block_correction_);
+    fields("blocks_way", blocks_way_);
+    fields("blocks_squares", blocks_squares_);
+    fields("rejections", rejections_);
+    fields("last", last_);
+  }
+
  private:
   void move(const LocalMap& map);
   void corrected(double log_factor);

@@ -24,8 +24,22 @@ constexpr double kGridError = 3.0;   // [px]
 constexpr double kError = 2.0;       // of a match that agrees in the end [px]
 constexpr double kLeastSigma = 0.7;  // of matched features [px]
 constexpr int kRounds = 20;
-constexpr double kLeastShare = 0.2;  // of the matches that must agree
-constexpr double kInflation = 2.0;   // of the covariance: near points that all look alike err together
+constexpr double kFalseAlarms = 1e-3;  // motions that chance may show, of all that are tried
+constexpr std::size_t kShuffles = 20;  // of the matches, to see what chance shows
+constexpr double kInflation = 2.0;     // of the covariance: near points that all look alike err together
+// What is known of a vehicle beforehand, as standard deviations [deg]: it hardly rolls and pitches, and its
+// chord halves its turn where the camera is not far from the rear axle.
+constexpr double kRollDeg = 1.0;
+constexpr double kPitchDeg = 1.5;
+constexpr double kChordDeg = 6.0;
+constexpr double kSlopeDeg = 2.0;
+// What no number of points averages out over a long way: a lens that bends, cars that move along, walls that
+// repeat themselves [deg].
+constexpr double kFarTurnDeg = 0.5;
+constexpr double kFarDirectionDeg = 1.0;
+constexpr std::size_t kGroups = 10;     // of matches, each left out once
+constexpr double kRivalDeg = 5.0;       // from the best turn: another turn, not the same one
+constexpr double kClearlyBetter = 2.0;  // than a rival, in standard deviations of its number of matches
 
 struct Match {
   Eigen::Vector3d before;  // bearings, z = 1
@@ -108,28 +122,48 @@ int agreeing(const std::vector<Match>& matches, const RigidTransform& motion, do
                                         [&](const Match& match) { return std::abs(error(match)) < limit; }));
 }
 
+double aheadOrBack(const UncertainMotion& predicted) {
+  return predicted.motion.translation.z() < 0.0 ? -1.0 : 1.0;
+}
+
+struct SearchedTurn {
+  RigidTransform motion;
+  int points = 0;
+  int tried = 0;         ///< motions
+  int rival_points = 0;  ///< of the best clearly different turn
+};
+
 /// The best motion of a vehicle: a turn, with the direction of its chord, and pitch.
-RigidTransform searchTurn(const std::vector<Match>& matches, const UncertainMotion& predicted, double limit) {
+SearchedTurn searchTurn(const std::vector<Match>& matches, const UncertainMotion& predicted, double limit) {
   const double turn = logRotation(predicted.motion.rotation).y();
   const double reach =
       std::max(3.0 * std::sqrt(predicted.covariance(4, 4)), degreesToRadians(2.0 * kTurnStepDeg));
   const double most = degreesToRadians(kMostTurnDeg);
   const double step = degreesToRadians(kTurnStepDeg);
-  const double ahead = predicted.motion.translation.z() < 0.0 ? -1.0 : 1.0;
-  RigidTransform best;
-  int most_agreeing = -1;
+  const double ahead = aheadOrBack(predicted);
+  SearchedTurn best;
+  double best_angle = turn;
+  std::vector<std::pair<double, int>> profile;  // turn, matches
   for (double angle = std::max(-most, turn - reach); angle <= std::min(most, turn + reach); angle += step) {
+    profile.emplace_back(angle, 0);
     for (double pitch = -degreesToRadians(kMostPitchDeg); pitch <= degreesToRadians(kMostPitchDeg) + 1e-9;
          pitch += step) {
       RigidTransform motion;
       motion.rotation = expRotation({0.0, angle, 0.0}) * expRotation({pitch, 0.0, 0.0});
       motion.translation = ahead * (expRotation({0.0, 0.5 * angle, 0.0}) * Eigen::Vector3d::UnitZ());
       const int count = agreeing(matches, motion, limit);
-      if (count > most_agreeing) {
-        most_agreeing = count;
-        best = motion;
+      ++best.tried;
+      profile.back().second = std::max(profile.back().second, count);
+      if (count > best.points) {
+        best.points = count;
+        best.motion = motion;
+        best_angle = angle;
       }
     }
+  }
+  for (const auto& [angle, count] : profile) {
+    if (std::abs(angle - best_angle) >= degreesToRadians(kRivalDeg))
+      best.rival_points = std::max(best.rival_points, count);
   }
   return best;
 }
@@ -150,19 +184,42 @@ Eigen::Matrix<double, 3, 2> axesAcross(const Eigen::Vector3d& direction) {
   return axes;
 }
 
-/// Refines rotation and direction. @param focal [px]. @return covariance filled.
-UncertainMotion refined(const std::vector<Match>& matches, RigidTransform motion, double focal) {
+/// How far a motion departs from what is known of a vehicle, normalised: roll, pitch, slope and chord.
+Eigen::Vector4d unlikeAVehicle(const RigidTransform& motion, double ahead) {
+  const Eigen::Vector3d turn = logRotation(motion.rotation);
+  const Eigen::Vector3d chord = ahead * (expRotation({0.0, 0.5 * turn.y(), 0.0}) * Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d off = motion.translation - chord;
+  const double sideways = Eigen::Vector3d::UnitY().cross(chord).dot(off);
+  return Eigen::Vector4d(turn.z() / kRollDeg, turn.x() / kPitchDeg, off.y() / kSlopeDeg,
+                         sideways / kChordDeg) *
+         radiansToDegrees(1.0);
+}
+
+struct Refined {
+  RigidTransform motion;
+  Eigen::Matrix<double, 3, 2> across;  // axes of the change of direction
+  Matrix5 covariance = Matrix5::Identity();
+};
+
+/// Refines rotation and direction. @param focal [px].
+Refined refineOnce(const std::vector<Match>& matches, RigidTransform motion, double focal, double ahead,
+                   double sigma) {
   constexpr double kStep = 1e-6;
   Matrix5 hessian = Matrix5::Identity();
   Eigen::Matrix<double, 3, 2> across;
-  double sigma = kGridError;
   for (int round = 0; round < kRounds; ++round) {
     across = axesAcross(motion.translation);
     const SampsonError error(motion);
+    const Eigen::Vector4d unlike = unlikeAVehicle(motion, ahead);
     std::vector<SampsonError> shifted;
-    for (int k = 0; k < 5; ++k) shifted.emplace_back(moved(motion, across, kStep * Vector5::Unit(k)));
-    hessian = 1e-6 * Matrix5::Identity();
-    Vector5 gradient = Vector5::Zero();
+    Eigen::Matrix<double, 4, 5> unlike_by;
+    for (int k = 0; k < 5; ++k) {
+      const RigidTransform near = moved(motion, across, kStep * Vector5::Unit(k));
+      shifted.emplace_back(near);
+      unlike_by.col(k) = (unlikeAVehicle(near, ahead) - unlike) / kStep;
+    }
+    hessian = unlike_by.transpose() * unlike_by + 1e-6 * Matrix5::Identity();
+    Vector5 gradient = unlike_by.transpose() * unlike;
     std::vector<double> small;
     for (const Match& match : matches) {
       const double residual = focal * error(match);
@@ -171,7 +228,8 @@ UncertainMotion refined(const std::vector<Match>& matches, RigidTransform motion
       for (int k = 0; k < 5; ++k)
         jacobian(k) = (focal * shifted[static_cast<std::size_t>(k)](match) - residual) / kStep;
       const double normalised = residual / sigma;
-      const double weight = 1.0 / (sigma * sigma * (1.0 + normalised * normalised));
+      const double share = 1.0 + normalised * normalised;
+      const double weight = 1.0 / (sigma * sigma * share);
       hessian += weight * jacobian * jacobian.transpose();
       gradient += weight * residual * jacobian;
     }
@@ -185,13 +243,57 @@ UncertainMotion refined(const std::vector<Match>& matches, RigidTransform motion
     }
     if (change.squaredNorm() < 1e-14) break;
   }
+  return {motion, across, hessian.ldlt().solve(Matrix5::Identity())};
+}
+
+/// The same, with a covariance that shows how much it depends on single matches, wrong ones among them: each
+/// tenth is left out once (a jackknife over groups, Efron and Stein 1981).
+UncertainMotion refined(const std::vector<Match>& matches, const RigidTransform& start, double focal,
+                        double ahead, bool far) {
+  const Refined best = refineOnce(matches, start, focal, ahead, kGridError);
+  Matrix5 covariance = kInflation * best.covariance;
+  if (far) {
+    covariance.diagonal().head<3>().array() += std::pow(degreesToRadians(kFarTurnDeg), 2);
+    covariance.diagonal().tail<2>().array() += std::pow(degreesToRadians(kFarDirectionDeg), 2);
+  }
+  for (std::size_t group = 0; group < kGroups; ++group) {
+    std::vector<Match> others;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (i % kGroups != group) others.push_back(matches[i]);
+    }
+    const RigidTransform without = refineOnce(others, best.motion, focal, ahead, kGridError).motion;
+    Vector5 change;
+    change.head<3>() = logRotation(without.rotation * best.motion.rotation.conjugate());
+    change.tail<2>() = best.across.transpose() * (without.translation - best.motion.translation);
+    covariance +=
+        static_cast<double>(kGroups - 1) / static_cast<double>(kGroups) * change * change.transpose();
+  }
   UncertainMotion result;
-  result.motion = motion;
+  result.motion = best.motion;
   Eigen::Matrix<double, 6, 5> spread = Eigen::Matrix<double, 6, 5>::Zero();
-  spread.block<3, 2>(0, 3) = across;
+  spread.block<3, 2>(0, 3) = best.across;
   spread.block<3, 3>(3, 0) = Eigen::Matrix3d::Identity();
-  result.covariance = kInflation * spread * hessian.ldlt().solve(Matrix5::Identity()) * spread.transpose();
+  result.covariance = spread * covariance * spread.transpose();
   return result;
+}
+
+/// Whether so many matches agree with a motion that chance would hardly show it: the expected number of
+/// motions, among those tried, with which as many wrong matches agree (Moisan and Stival 2004). How often a
+/// wrong match agrees is seen by pairing the features anew, since scenes have structure.
+bool isEvidence(const std::vector<Match>& matches, const RigidTransform& motion, int points, int tried,
+                double limit) {
+  const std::size_t n = matches.size();
+  std::vector<Match> shuffled;
+  for (std::size_t shift = 1; shift <= std::min(kShuffles, n - 1); ++shift) {
+    for (std::size_t i = 0; i < n; ++i)
+      shuffled.push_back({matches[i].before, matches[(i + shift) % n].after});
+  }
+  const double chance =
+      (1.0 + agreeing(shuffled, motion, limit)) / (1.0 + static_cast<double>(shuffled.size()));
+  const auto count = static_cast<double>(n);
+  const double k = points;
+  const double log_ways = std::lgamma(count + 1.0) - std::lgamma(k + 1.0) - std::lgamma(count - k + 1.0);
+  return std::log(tried) + log_ways + k * std::log(chance) < std::log(kFalseAlarms);
 }
 
 }  // namespace
@@ -203,11 +305,15 @@ std::optional<FarView> compareFarFeatures(const CameraModel& camera, const Frame
                                                    featuresOf(camera, after, thorough, workers));
   if (matches.size() < kLeastMatches) return std::nullopt;
   FarView view;
-  view.motion = refined(matches, searchTurn(matches, predicted, kGridError / camera.fx), camera.fx);
-  view.points = agreeing(matches, view.motion.motion, kError / camera.fx);
-  const bool enough = view.points >= static_cast<int>(kLeastMatches) &&
-                      view.points >= kLeastShare * static_cast<double>(matches.size());
-  if (!enough || !view.motion.covariance.allFinite()) return std::nullopt;
+  const SearchedTurn turn = searchTurn(matches, predicted, kGridError / camera.fx);
+  // Walls and windows repeat themselves: a turn that another one rivals is none.
+  if (turn.points - turn.rival_points <= kClearlyBetter * std::sqrt(turn.rival_points)) return std::nullopt;
+  view.motion = refined(matches, turn.motion, camera.fx, aheadOrBack(predicted), thorough);
+  const double limit = kError / camera.fx;
+  view.points = agreeing(matches, view.motion.motion, limit);
+  const bool enough = view.points >= static_cast<int>(kLeastMatches) && view.motion.covariance.allFinite();
+  if (!enough || !isEvidence(matches, view.motion.motion, view.points, turn.tried, limit))
+    return std::nullopt;
   return view;
 }
 

@@ -9,7 +9,7 @@ namespace ratslam {
 namespace {
 
 constexpr double kTrackedOver = 0.5;         // [s]: over longer times frames are searched for
-constexpr double kMostRotation = 0.03;       // standard deviation that patches are found with [rad]
+constexpr double kMostRotation = 0.06;       // standard deviation that patches are found with [rad]
 constexpr double kLenientCorrelation = 0.7;  // of patches seen from much farther away
 constexpr double kWayStep = 0.05;            // between the lengths that are tried
 constexpr double kMostWay = 0.4;             // tried to either side

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ratslam/common/angles.h"
 #include "ratslam/vision/matching.h"
 #include "ratslam/vision/window_adjustment.h"
 
@@ -11,9 +12,20 @@ namespace {
 
 constexpr double kSearchRadius = 90.0;  // [px]: what a point may move while a map starts
 constexpr int kAdjustmentRounds = 20;
+constexpr double kTurnDeg = 0.3;  // standard deviation of the turn between a map's first frames
+
+/// Where a turn alone takes a pixel; nothing if out of the image plane.
+std::optional<Eigen::Vector2d> turned(const CameraModel& camera, const Eigen::Quaterniond& rotation,
+                                      const Eigen::Vector2d& pixel) {
+  const Eigen::Vector3d bearing = rotation * camera.bearing(pixel);
+  if (bearing.z() <= 0.0) return std::nullopt;
+  return camera.project(bearing);
+}
 
 /// Matches of features of the reference in a frame, each the other's best.
-std::vector<std::pair<int, int>> matchFeatures(const Frame& reference, const Frame& frame) {
+/// @param back_turn from the axes of the frame to those of the reference.
+std::vector<std::pair<int, int>> matchFeatures(const CameraModel& camera, const Frame& reference,
+                                               const Frame& frame, const Eigen::Quaterniond& back_turn) {
   DescriptorSearch search;
   search.radius = kSearchRadius;
   search.max_distance = 50;
@@ -22,11 +34,15 @@ std::vector<std::pair<int, int>> matchFeatures(const Frame& reference, const Fra
     const Feature& feature = reference.features[static_cast<std::size_t>(i)];
     if (feature.level > 3) continue;  // few and coarse above
     const double scale = reference.pyramid.scale(feature.level);
-    const int there = searchNear(frame, reference.descriptor(i), feature.pixel, scale, search);
+    const auto near = turned(camera, back_turn.conjugate(), feature.pixel);
+    if (!near) continue;
+    const int there = searchNear(frame, reference.descriptor(i), *near, scale, search);
     if (there < 0) continue;
     const Feature& found = frame.features[static_cast<std::size_t>(there)];
-    const int back =
-        searchNear(reference, frame.descriptor(there), found.pixel, frame.pyramid.scale(found.level), search);
+    const auto near_before = turned(camera, back_turn, found.pixel);
+    if (!near_before) continue;
+    const int back = searchNear(reference, frame.descriptor(there), *near_before,
+                                frame.pyramid.scale(found.level), search);
     if (back == i) pairs.emplace_back(i, there);
   }
   return pairs;
@@ -34,12 +50,14 @@ std::vector<std::pair<int, int>> matchFeatures(const Frame& reference, const Fra
 
 }  // namespace
 
-std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& frame) {
+std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& frame,
+                                              const std::optional<UncertainTurn>& turn) {
   if (!reference_) {
     reference_ = frame;
     return std::nullopt;
   }
-  std::vector<std::pair<int, int>> pairs = matchFeatures(*reference_, *frame);
+  std::vector<std::pair<int, int>> pairs =
+      matchFeatures(camera_, *reference_, *frame, turn ? turn->rotation : Eigen::Quaterniond::Identity());
   if (static_cast<int>(pairs.size()) < params_.min_points) {
     reference_ = frame;
     return std::nullopt;
@@ -62,6 +80,12 @@ std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& fram
   pairs.resize(kept);
   const auto motion = estimateTwoViewMotion(camera_, first, second, params_);
   if (!motion) return std::nullopt;
+  if (turn) {
+    const double off =
+        (turn->rotation * motion->T_second_first.rotation).angularDistance(Eigen::Quaterniond::Identity());
+    const double sigma = std::hypot(degreesToRadians(kTurnDeg), std::sqrt(turn->covariance.trace()));
+    if (off > 3.0 * sigma) return std::nullopt;
+  }
   return makeMap(frame, pairs, second, *motion);
 }
 

@@ -7,6 +7,7 @@ namespace ratslam {
 namespace {
 
 constexpr double kFarApart = 0.5;           // [s]
+constexpr double kOneEnd = 4.0;             // of a random walk that is known at one end only, of its variance
 constexpr std::ptrdiff_t kMostFrames = 40;  // kept: an image pyramid is large
 
 }  // namespace
@@ -28,27 +29,109 @@ UncertainMotion MotionBridge::predict(Stamp stamp, const MotionHistory& history)
   return history.predict(begin, lasts(stamp));
 }
 
-UncertainMotion MotionBridge::add(const CameraModel& camera, Stamp stamp, std::shared_ptr<const Frame> frame,
-                                  const MotionHistory& history, WorkerPool& workers) {
-  UncertainMotion step = predict(stamp, history);
-  RigidTransform pose = lastPose() * step.motion;
-  if (frame && last_frame_) {
-    UncertainMotion since = history.predict(0.0, secondsBetween(last_frame_->stamp, stamp));
-    since.motion = last_frame_pose_.inverse() * pose;
-    const bool far = secondsBetween(last_frame_->stamp, stamp) > kFarApart;
-    if (const auto view = compareFarFeatures(camera, *last_frame_, *frame, since, far, workers)) {
-      pose.rotation = (last_frame_pose_.rotation * view->motion.motion.rotation).normalized();
-      step.motion.rotation = (lastPose().rotation.conjugate() * pose.rotation).normalized();
-      step.covariance.bottomRightCorner<3, 3>() = view->motion.covariance.bottomRightCorner<3, 3>();
-    }
-  }
-  if (frame) {
-    last_frame_ = frame;
-    last_frame_pose_ = pose;
-  }
-  way_.push_back({stamp, pose, std::move(frame)});
-  thinOutFrames();
+MotionBridge::Step MotionBridge::look(const CameraModel& camera, Stamp stamp, const Frame* frame,
+                                      const MotionHistory& history, WorkerPool& workers) const {
+  Step step;
+  step.stamp = stamp;
+  step.motion = predict(stamp, history);
+  step.pose = lastPose() * step.motion.motion;
+  if (!frame || !last_frame_) return step;
+  const double since_frame = secondsBetween(last_frame_->stamp, stamp);
+  UncertainMotion since = history.predict(0.0, since_frame);
+  since.motion = last_frame_pose_.inverse() * step.pose;
+  const auto view = compareFarFeatures(camera, *last_frame_, *frame, since, since_frame > kFarApart, workers);
+  if (!view) return step;
+  step.seen = view->motion;
+  step.pose.rotation = (last_frame_pose_.rotation * view->motion.motion.rotation).normalized();
+  step.motion.motion.rotation = (lastPose().rotation.conjugate() * step.pose.rotation).normalized();
+  step.motion.covariance.bottomRightCorner<3, 3>() = view->motion.covariance.bottomRightCorner<3, 3>();
   return step;
+}
+
+void MotionBridge::add(const Step& step, std::shared_ptr<const Frame> frame) {
+  if (frame) {
+    links_.push_back({lastFrameStamp(), step.stamp, step.seen});
+    last_frame_ = frame;
+    last_frame_pose_ = step.pose;
+  }
+  way_.push_back({step.stamp, step.pose, std::move(frame)});
+  thinOutFrames();
+}
+
+std::optional<UncertainTurn> MotionBridge::turnSince(Stamp earlier, const Step& step) const {
+  UncertainTurn turn;
+  const auto append = [&](const UncertainMotion& seen) {
+    const Eigen::Matrix3d so_far = turn.rotation.toRotationMatrix();
+    turn.covariance += so_far * seen.covariance.bottomRightCorner<3, 3>() * so_far.transpose();
+    turn.rotation = (turn.rotation * seen.motion.rotation).normalized();
+  };
+  for (const Link& link : links_) {
+    if (link.begin < earlier) continue;
+    if (!link.seen) return std::nullopt;
+    append(*link.seen);
+  }
+  if (!step.seen || earlier > lastFrameStamp()) return std::nullopt;
+  append(*step.seen);
+  return turn;
+}
+
+MotionBridge::Blind MotionBridge::blindAround(std::size_t link, const Vector6& before,
+                                              const Vector6& after) const {
+  const auto rate = [&](const Link& seen) {
+    return Eigen::Vector3d(logRotation(seen.seen->motion.rotation) / secondsBetween(seen.begin, seen.end));
+  };
+  std::size_t first = link;
+  while (first > 0 && !links_[first - 1].seen) --first;
+  std::size_t last = link;
+  while (last + 1 < links_.size() && !links_[last + 1].seen) ++last;
+  Blind blind;
+  blind.begin = lasts(links_[first].begin);
+  blind.end = lasts(links_[last].end);
+  blind.rate_before = first > 0 ? rate(links_[first - 1]) : Eigen::Vector3d(before.tail<3>());
+  blind.rate_after = last + 1 < links_.size() ? rate(links_[last + 1]) : Eigen::Vector3d(after.tail<3>());
+  return blind;
+}
+
+RigidTransform MotionBridge::along(std::size_t link, const Vector6& before, const Vector6& after,
+                                   double whole) const {
+  const Link& here = links_[link];
+  const double duration = secondsBetween(here.begin, here.end);
+  const double middle = 0.5 * (lasts(here.begin) + lasts(here.end));
+  const double share = whole > 0.0 ? std::min(1.0, middle / whole) : 1.0;
+  Vector6 twist = (1.0 - share) * before + share * after;
+  if (!here.seen) {
+    const Blind blind = blindAround(link, before, after);
+    const double part = (middle - blind.begin) / (blind.end - blind.begin);
+    twist.tail<3>() = (1.0 - part) * blind.rate_before + part * blind.rate_after;
+    return expTransform(twist * duration);
+  }
+  const RigidTransform& seen = here.seen->motion;
+  if (duration > kFarApart) return {seen.rotation, twist.head<3>().norm() * duration * seen.translation};
+  twist.tail<3>() = logRotation(seen.rotation) / duration;
+  return expTransform(twist * duration);
+}
+
+Matrix6 MotionBridge::covarianceAlong(std::size_t link, const RigidTransform& motion,
+                                      const MotionHistory& history) const {
+  const Link& here = links_[link];
+  const double duration = secondsBetween(here.begin, here.end);
+  if (!here.seen) {
+    const Vector6 any = Vector6::Zero();
+    const Blind blind = blindAround(link, any, any);
+    const double run = blind.end - blind.begin;
+    // The share of this link in the variance of a random walk that is known at both ends.
+    double variance = history.turnDiffusion() * run * run * duration / 12.0;
+    if (history.empty() && blind.begin <= 0.0) variance *= kOneEnd;
+    return MotionHistory::spread(motion.translation, 0.0, variance);
+  }
+  if (duration <= kFarApart) {
+    Matrix6 covariance = MotionHistory::spread(motion.translation, 0.0, 0.0);
+    covariance.bottomRightCorner<3, 3>() = here.seen->covariance.bottomRightCorner<3, 3>();
+    return covariance;
+  }
+  Matrix6 scaling = Matrix6::Identity();
+  scaling.topLeftCorner<3, 3>() *= motion.translation.norm();
+  return scaling * here.seen->covariance * scaling;
 }
 
 RigidTransform MotionBridge::poseAt(Stamp stamp) const {
@@ -58,29 +141,41 @@ RigidTransform MotionBridge::poseAt(Stamp stamp) const {
   return found == way_.end() ? lastPose() : found->pose;
 }
 
-UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& frame,
-                                       const Vector6& twist_after, const MotionHistory& history,
-                                       WorkerPool& workers) const {
-  const double duration = lasts(frame.stamp);
-  if (duration <= 0.0) return {};
-  const bool known_before = !history.empty();
-  UncertainMotion motion =
-      history.between(known_before ? history.twist() : twist_after, twist_after, duration);
-  if (!known_before) motion.covariance *= 4.0;  // a random walk known at one end only
-  const auto view =
-      before_ ? compareFarFeatures(camera, *before_, frame, motion, true, workers) : std::nullopt;
-  if (!view) return motion;
-  const double along = motion.motion.translation.norm();
-  if (!(along > 0.0)) return motion;
-  const Eigen::Vector3d ahead = motion.motion.translation / along;
-  const double variance = ahead.dot(motion.covariance.topLeftCorner<3, 3>() * ahead);
+UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& frame, const Vector6& after,
+                                       const MotionHistory& history, WorkerPool& workers) const {
+  const double whole = lasts(frame.stamp);
+  if (whole <= 0.0) return {};
+  const Vector6 before = history.empty() ? after : history.twist();
+  UncertainMotion motion;
+  std::size_t count = 0;
+  for (; count < links_.size() && links_[count].end <= frame.stamp; ++count) {
+    const RigidTransform link = along(count, before, after, whole);
+    motion = compose(motion, {link, covarianceAlong(count, link, history)});
+  }
+  // The speed errs all along the way in the same direction.
+  double variance = history.speedDiffusion() * std::pow(whole, 3) / 12.0;
+  if (history.empty()) variance *= kOneEnd;
+  const double length = motion.motion.translation.norm();
+  const auto addLengthways = [&](UncertainMotion& to) {
+    const Eigen::Vector3d ahead =
+        length > 0.0 ? Eigen::Vector3d(to.motion.translation.normalized()) : Eigen::Vector3d::UnitZ();
+    to.covariance.topLeftCorner<3, 3>() += variance * ahead * ahead.transpose();
+  };
+  UncertainMotion result = motion;
+  addLengthways(result);
+  // Far features may connect both ends better than a chain of many frames does.
+  const bool compared = count == 1 && links_.front().seen;
+  if (!before_ || compared || !(length > 0.0)) return result;
+  const auto view = compareFarFeatures(camera, *before_, frame, result, true, workers);
+  if (!view || view->motion.covariance.bottomRightCorner<3, 3>().trace() >
+                   result.covariance.bottomRightCorner<3, 3>().trace())
+    return result;
   UncertainMotion seen = view->motion;
-  const Eigen::Vector3d direction = seen.motion.translation;
-  seen.motion.translation *= along;
+  seen.motion.translation *= length;
   Matrix6 scaling = Matrix6::Identity();
-  scaling.topLeftCorner<3, 3>() *= along;
+  scaling.topLeftCorner<3, 3>() *= length;
   seen.covariance = scaling * seen.covariance * scaling;
-  seen.covariance.topLeftCorner<3, 3>() += variance * direction * direction.transpose();
+  addLengthways(seen);
   return seen;
 }
 
@@ -106,11 +201,20 @@ void MotionBridge::thinOutFrames() {
 
 std::vector<StampedPoseOfCamera> MotionBridge::layOut(const std::vector<StampedPoseOfCamera>& known,
                                                       const Vector6& before, const Vector6& after) const {
-  // A course of evenly changing speed, relative to the start, at the stamps of samples and known places.
+  // The course that the chain of frames has, relative to the start.
   const double whole = lasts(known.back().stamp);
-  const auto course = [&](const RigidTransform& from, double begin, double end) {
-    const double middle = whole > 0.0 ? 0.5 * (begin + end) / whole : 1.0;
-    return from * expTransform((end - begin) * ((1.0 - middle) * before + middle * after));
+  std::vector<StampedPoseOfCamera> nodes{{from_.stamp, RigidTransform{}}};
+  for (std::size_t i = 0; i < links_.size() && links_[i].end <= known.back().stamp; ++i)
+    nodes.push_back({links_[i].end, nodes.back().pose * along(i, before, after, whole)});
+  const auto course = [&](Stamp stamp) {
+    const auto next = std::find_if(nodes.begin(), nodes.end(),
+                                   [&](const StampedPoseOfCamera& node) { return node.stamp >= stamp; });
+    if (next == nodes.end())
+      return nodes.back().pose * expTransform(secondsBetween(nodes.back().stamp, stamp) * after);
+    if (next == nodes.begin()) return next->pose;
+    const StampedPoseOfCamera& last = *(next - 1);
+    const double share = secondsBetween(last.stamp, stamp) / secondsBetween(last.stamp, next->stamp);
+    return last.pose * expTransform(share * logTransform(last.pose.inverse() * next->pose));
   };
   std::vector<StampedPoseOfCamera> way;
   std::size_t sample = 0;
@@ -118,15 +222,10 @@ std::vector<StampedPoseOfCamera> MotionBridge::layOut(const std::vector<StampedP
   for (const StampedPoseOfCamera& place : known) {
     // The course from the last known place to this one, then bent so that it ends there.
     const std::size_t first = way.size();
-    double time = lasts(last.stamp);
-    RigidTransform pose = last.pose;
-    for (; sample < way_.size() && way_[sample].stamp < place.stamp; ++sample) {
-      const double now = lasts(way_[sample].stamp);
-      pose = course(pose, time, now);
-      time = now;
-      way.push_back({way_[sample].stamp, pose});
-    }
-    pose = course(pose, time, lasts(place.stamp));
+    const RigidTransform onto = last.pose * course(last.stamp).inverse();
+    for (; sample < way_.size() && way_[sample].stamp < place.stamp; ++sample)
+      way.push_back({way_[sample].stamp, onto * course(way_[sample].stamp)});
+    const RigidTransform pose = onto * course(place.stamp);
     const Vector6 shift = logTransform(pose.inverse() * place.pose);
     const double duration = secondsBetween(last.stamp, place.stamp);
     for (std::size_t i = first; i < way.size(); ++i) {

@@ -65,18 +65,23 @@ double MotionHistory::turnDiffusion() const {
   return std::max(kLeastTurn * kLeastTurn, learned);
 }
 
-UncertainMotion MotionHistory::along(const Vector6& twist, double duration, double speed_variance,
-                                     double turn_variance) const {
-  UncertainMotion result;
-  result.motion = expTransform(twist * duration);
-  const Eigen::Vector3d& way = result.motion.translation;
+Matrix6 MotionHistory::spread(const Eigen::Vector3d& way, double speed_variance, double turn_variance) {
+  Matrix6 covariance = Matrix6::Zero();
   const double square = way.squaredNorm() + speed_variance;  // as far as it may have come
   const double across = square * (kSideways * kSideways + turn_variance / 3.0);
   const Eigen::Vector3d ahead =
       way.norm() > 1e-9 ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d::UnitZ();
-  result.covariance.topLeftCorner<3, 3>() =
+  covariance.topLeftCorner<3, 3>() =
       across * Eigen::Matrix3d::Identity() + speed_variance * ahead * ahead.transpose();
-  result.covariance.diagonal().tail<3>() = turn_variance * Eigen::Vector3d(kTilting, 1.0, kTilting);
+  covariance.diagonal().tail<3>() = turn_variance * Eigen::Vector3d(kTilting, 1.0, kTilting);
+  return covariance;
+}
+
+UncertainMotion MotionHistory::along(const Vector6& twist, double duration, double speed_variance,
+                                     double turn_variance) const {
+  UncertainMotion result;
+  result.motion = expTransform(twist * duration);
+  result.covariance = spread(result.motion.translation, speed_variance, turn_variance);
   return result;
 }
 

@@ -28,10 +28,11 @@ bool OrbOdometry::mayStartAnew(Stamp stamp) const {
   return !map_ || bridge_->lasts(stamp) > params_.coast_time + params_.relocalisation_time;
 }
 
-bool OrbOdometry::startMap(OrbResult& result) {
-  auto initial = initialiser_.add(frame_);
-  // A map needs two frames after the last measured one, so that the bridge is open by now.
-  if (!initial || !bridge_ || !mayStartAnew(frame_->stamp)) return false;
+bool OrbOdometry::startMap(OrbResult& result, const MotionBridge::Step& step) {
+  const auto& reference = initialiser_.reference();
+  auto initial =
+      initialiser_.add(frame_, reference ? bridge_->turnSince(reference->stamp, step) : std::nullopt);
+  if (!initial || !mayStartAnew(frame_->stamp)) return false;
   adoptMap(std::move(*initial), result);
   return true;
 }
@@ -156,13 +157,15 @@ void OrbOdometry::bridge(OrbResult& result, double dt, const std::shared_ptr<Fra
   if (settling_) settle(result);  // with what there is
   if (!bridge_) bridge_.emplace(last_result_->sample.stamp, T_odom_camera_, measured_frame_);
   const Stamp stamp = result.sample.stamp;
-  const UncertainMotion step = bridge_->add(camera_, stamp, seen, history_, *workers_);
+  const MotionBridge::Step step = bridge_->look(camera_, stamp, seen.get(), history_, *workers_);
+  if (seen && startMap(result, step)) return;
+  bridge_->add(step, seen);
   if (map_) {
     state_ = bridge_->lasts(stamp) <= params_.coast_time ? OrbState::kLost : OrbState::kRelocalising;
   }
   T_odom_camera_ = bridge_->lastPose();
   if (seen) seen->T_camera_world = T_odom_camera_.inverse() * T_odom_world_;
-  setMotion(result, step.motion, dt, step.covariance);
+  setMotion(result, step.motion.motion, dt, step.motion.covariance);
   result.sample.bridged = true;
 }
 

@@ -97,7 +97,7 @@ cv::Mat OrbOdometry::checkedGrey(const cv::Mat& image) const {
   return grey;
 }
 
-OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image) {
+OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image, ImageQuality quality) {
   const cv::Mat grey = checkedGrey(image);
   if (last_result_ && stamp <= last_result_->sample.stamp) {
     ++ignored_frames_;
@@ -111,9 +111,8 @@ OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image) {
   }
   OrbResult result;
   result.sample.stamp = stamp;
-  result.sight = sight_.look(grey);
   std::shared_ptr<Frame> seen;
-  if (result.sight == Sight::kClear) {
+  if (quality == ImageQuality::kUsable) {
     seen = std::make_shared<Frame>(makeFrame(stamp, grey, camera_, extractor_, extractor_params_, *workers_));
     frame_ = seen;
   }
@@ -123,7 +122,7 @@ OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image) {
     if (seen) initialiser_.add(seen);
   } else {
     const double dt = secondsBetween(last_result_->sample.stamp, stamp);
-    const bool measured = seen && (map_ ? trackMap(result, dt) : startMap(result));
+    const bool measured = seen && map_ && trackMap(result, dt);
     if (!measured) bridge(result, dt, seen);
   }
   result.sample.pose = inBase(T_odom_camera_);
@@ -147,10 +146,7 @@ bool OrbOdometry::trackMap(OrbResult& result, double dt) {
     outcome =
         relocalise(camera_, *map_, *frame_, params_.relocalisation_inliers, tracking_params_, *workers_);
   }
-  if (!outcome.tracked) {
-    if (settling_) settle(result);  // with what there is
-    return startMap(result);
-  }
+  if (!outcome.tracked) return false;
   state_ = OrbState::kTracking;
   initialiser_.reset();
   result.tracked_points = outcome.estimate.inliers;

@@ -1,5 +1,7 @@
 #include "ratslam/odometry/orb/orb_source.h"
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 namespace {
 
@@ -20,7 +22,7 @@ OrbSource::OrbSource(const CameraModel& camera, const OrbOdometryParams& params)
 
 OdometrySample OrbSource::track(const ImageFrame& frame) {
   if (frame.begins_anew) odometry_.emplace(camera_, params_);
-  result_ = odometry_->track(frame.stamp, eightBits(frame.image));
+  result_ = odometry_->track(frame.stamp, eightBits(frame.image), frame.quality);
   ++frames_;
   if (result_->state == OrbState::kTracking) ++tracked_;
   return result_->sample;
@@ -30,6 +32,22 @@ std::optional<std::string> OrbSource::failure() const {
   if (frames_ == 0 || tracked_ > 0) return std::nullopt;
   return "none of " + std::to_string(frames_) +
          " images could be tracked by the ORB odometry: no motion is known";
+}
+
+void OrbSource::save(State& state) const {
+  state.set("frames", static_cast<std::uint64_t>(frames_));
+  state.set("tracked", static_cast<std::uint64_t>(tracked_));
+  state.set("result", result_);
+  odometry_->save(state.child("odometry"));
+}
+
+void OrbSource::load(const State& state) {
+  OrbOdometry loaded(camera_, params_);
+  loaded.load(state.child("odometry"));
+  state.get("result", result_);
+  frames_ = state.get<std::uint64_t>("frames");
+  tracked_ = state.get<std::uint64_t>("tracked");
+  odometry_.emplace(std::move(loaded));
 }
 
 }  // namespace ratslam

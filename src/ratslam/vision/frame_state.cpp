@@ -1,0 +1,67 @@
+#include "ratslam/vision/frame_state.h"
+
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "ratslam/common/state.h"
+
+namespace ratslam {
+
+int FramesToSave::number(const std::shared_ptr<const Frame>& frame) {
+  if (!frame) return -1;
+  const auto [found, is_new] = numbers_.emplace(frame.get(), static_cast<int>(frames_.size()));
+  if (is_new) frames_.push_back(frame);
+  return found->second;
+}
+
+void FramesToSave::save(State& state) const {
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    const Frame& frame = *frames_[i];
+    State& saved = state.child(std::to_string(i));
+    saved.set("stamp", frame.stamp);
+    std::vector<std::uint8_t> png;
+    cv::imencode(".png", frame.pyramid.image(0), png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    saved.set("png", png);
+    std::vector<Eigen::Vector2d> pixels;
+    for (const Feature& feature : frame.features) pixels.push_back(feature.pixel);
+    saved.set("pixels", pixels);
+    saved.set("features_outdated", frame.features_outdated);
+    saved.set("T_camera_world", frame.T_camera_world);
+    saved.set("observations", frame.observations);
+  }
+  state.set("count", static_cast<std::uint32_t>(frames_.size()));
+}
+
+LoadedFrames::LoadedFrames(const State& state, const CameraModel& camera, const FeatureExtractor& extractor,
+                           const ExtractorParams& params, WorkerPool& workers) {
+  CameraModel pinhole = camera;  // the places that a lens gives are read
+  pinhole.model = LensModel::kNone;
+  const auto count = state.get<std::uint32_t>("count");
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const State& saved = state.child(std::to_string(i));
+    const cv::Mat image = cv::imdecode(saved.get<std::vector<std::uint8_t>>("png"), cv::IMREAD_UNCHANGED);
+    if (image.cols != camera.width || image.rows != camera.height || image.type() != CV_8UC1)
+      throw std::runtime_error("state " + saved.path() + "/png: no grey image of the camera's size");
+    auto frame = std::make_shared<Frame>(
+        makeFrame(saved.get<Stamp>("stamp"), image, pinhole, extractor, params, workers));
+    const auto pixels = saved.get<std::vector<Eigen::Vector2d>>("pixels");
+    if (pixels.size() != frame->features.size()) {
+      throw std::runtime_error("state " + saved.path() + "/pixels: " + std::to_string(pixels.size()) +
+                               " places for " + std::to_string(frame->features.size()) + " features");
+    }
+    placeFeatures(*frame, pixels);
+    saved.get("features_outdated", frame->features_outdated);
+    saved.get("T_camera_world", frame->T_camera_world);
+    saved.get("observations", frame->observations);
+    frames_.push_back(std::move(frame));
+  }
+}
+
+std::shared_ptr<Frame> LoadedFrames::frame(int number) const {
+  if (number == -1) return nullptr;
+  if (number < 0 || number >= static_cast<int>(frames_.size()))
+    throw std::runtime_error("state of the odometry: it has no frame " + std::to_string(number));
+  return frames_[static_cast<std::size_t>(number)];
+}
+
+}  // namespace ratslam

@@ -1,0 +1,113 @@
+/// A stretch that nobody measured, from what is known of its ends and of the frames in between.
+#include "ratslam/odometry/orb/motion_bridge.h"
+
+#include <gtest/gtest.h>
+
+#include "ratslam/odometry/orb/map_initialiser.h"
+#include "street_scene.h"
+
+namespace ratslam {
+namespace {
+
+constexpr double kSpeed = 8.0;  // [m/s]
+constexpr double kGap = 3.0;    // [s]
+constexpr double kTurn = 0.05;  // a frame, after the gap [rad]
+constexpr double kFrame = 0.1;  // [s]
+
+Vector6 twistOf(double turn_rate) {
+  Vector6 twist = Vector6::Zero();
+  twist(2) = kSpeed;
+  twist(4) = turn_rate;
+  return twist;
+}
+
+MotionHistory straightBefore() {
+  MotionHistory history(1.0);
+  for (int i = -20; i <= 0; ++i) history.add(stampFromSeconds(kFrame * i), twistOf(0.0));
+  return history;
+}
+
+class GapBeforeATurn : public testing::Test {
+ protected:
+  /// Nothing for kGap, then frames that turn evenly, each connected to the one before.
+  GapBeforeATurn() {
+    for (int i = 0; i <= kFramesAfter; ++i) {
+      MotionBridge::Step step;
+      step.stamp = stampFromSeconds(kGap + kFrame * i);
+      step.pose.translation.z() = kSpeed * (kGap + kFrame * i);
+      if (i > 0) {
+        step.seen = UncertainMotion{};
+        step.seen->motion.rotation = expRotation({0.0, kTurn, 0.0});
+        step.seen->motion.translation = Eigen::Vector3d::UnitZ();
+        step.seen->covariance = 1e-6 * Matrix6::Identity();
+      }
+      last_ = std::make_shared<Frame>();
+      last_->stamp = step.stamp;
+      bridge_.add(step, last_);
+    }
+  }
+  UncertainMotion motionToLast() {
+    WorkerPool workers(1);
+    return bridge_.motionTo(test::smallCamera(), *last_, twistOf(kTurn / kFrame), history_, workers);
+  }
+  static constexpr int kFramesAfter = 12;
+  MotionHistory history_ = straightBefore();
+  MotionBridge bridge_{0, RigidTransform{}, nullptr};
+  std::shared_ptr<Frame> last_;
+};
+
+TEST_F(GapBeforeATurn, TurnRatesAtBothEndsFillIt) {
+  const UncertainMotion motion = motionToLast();
+  const double in_gap = 0.5 * (0.0 + kTurn / kFrame) * kGap;
+  EXPECT_NEAR(logRotation(motion.motion.rotation).y(), in_gap + kFramesAfter * kTurn, 1e-6);
+  // What the seen frames turned is known: all doubt is that of the gap, known at both ends.
+  const double variance = history_.turnDiffusion() * kGap * kGap * kGap / 12.0;
+  EXPECT_NEAR(motion.covariance(4, 4), variance, 0.01 * variance);
+  EXPECT_LT(motion.motion.translation.norm(), kSpeed * (kGap + kFramesAfter * kFrame));
+  EXPECT_GT(motion.motion.translation.x(), 1.0) << "it turned right";
+}
+
+TEST_F(GapBeforeATurn, WayLaidAnewTurnsWhereTheFramesTurned) {
+  const UncertainMotion motion = motionToLast();
+  const auto way = bridge_.layOut({{last_->stamp, motion.motion}}, twistOf(0.0), twistOf(kTurn / kFrame));
+  ASSERT_EQ(way.size(), static_cast<std::size_t>(kFramesAfter));
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    const Eigen::Quaterniond step = way[i - 1].pose.rotation.conjugate() * way[i].pose.rotation;
+    EXPECT_NEAR(logRotation(step).y(), kTurn, 1e-6) << i;
+  }
+}
+
+TEST_F(GapBeforeATurn, TurnBetweenFramesIsKnownOnlyWhereAllAreConnected) {
+  MotionBridge::Step next;
+  next.stamp = stampFromSeconds(kGap + kFrame * (kFramesAfter + 1));
+  next.seen = UncertainMotion{};
+  next.seen->motion.rotation = expRotation({0.0, kTurn, 0.0});
+  const auto turn = bridge_.turnSince(stampFromSeconds(kGap), next);
+  ASSERT_TRUE(turn);
+  EXPECT_NEAR(logRotation(turn->rotation).y(), (kFramesAfter + 1) * kTurn, 1e-9);
+  EXPECT_FALSE(bridge_.turnSince(0, next)) << "the gap lies between";
+  next.seen.reset();
+  EXPECT_FALSE(bridge_.turnSince(stampFromSeconds(kGap), next));
+}
+
+TEST(MapInitialiser, AMapThatTurnsOtherwiseThanTheFramesIsNone) {
+  const test::StreetScene scene;
+  const CameraModel camera = test::smallCamera();
+  ExtractorParams params;
+  params.features = 1000;
+  WorkerPool workers(1);
+  const auto frameAt = [&](double along) {
+    return std::make_shared<Frame>(makeFrame(stampFromSeconds(along),
+                                             scene.render(camera, test::cameraAt(0.0, along)), camera,
+                                             FeatureExtractor(params), params, workers));
+  };
+  for (const double false_turn : {0.0, 0.03, -0.03}) {
+    MapInitialiser initialiser(camera, TwoViewParams{40, 1.0, 1.0}, 10);
+    initialiser.add(frameAt(0.0));
+    const UncertainTurn turn{expRotation({0.0, false_turn, 0.0}), Eigen::Matrix3d::Zero()};
+    EXPECT_EQ(initialiser.add(frameAt(1.2), turn).has_value(), false_turn == 0.0) << false_turn;
+  }
+}
+
+}  // namespace
+}  // namespace ratslam
