@@ -57,6 +57,8 @@ NOTHING_MAPPED = {"all_float", "all_unreadable", "all_stamps_zero"}
 
 
 class Broken(unittest.TestCase):
+    ODOMETRY = ("vo", "profile")  # node, and name for the runner
+
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp()
@@ -75,7 +77,8 @@ class Broken(unittest.TestCase):
     def run_offline(self, recording, name):
         """Exit code, what was said, counts of summary.json and trajectories as bytes."""
         out = self.path("run_" + name)
-        run = subprocess.run([harness.executable("ratslam_run"), recording, "--config", self.config, "--out", out],
+        run = subprocess.run([harness.executable("ratslam_run"), recording, "--config", self.config, "--odometry",
+                              self.ODOMETRY[1], "--out", out],
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=120)
         self.assertIn(run.returncode, (0, 1), run.stdout)
         with open(out + "/summary.json", encoding="utf-8") as file:
@@ -110,7 +113,7 @@ class Broken(unittest.TestCase):
                   "publish_tf": "false", "sync_timeout": 60}
         nodes = [harness.start_node("ratslam_" + node, self.config, f"__name:={node}", f"__ns:={root}", **common, **more)
                  for node, more in (("em", {"trajectory_file": out}), ("pc", {"wait_for_subscribers": 1}),
-                                    ("lv", {"wait_for_subscribers": 1}), ("vo", {"wait_for_subscribers": 2}))]
+                                    ("lv", {"wait_for_subscribers": 1}), (self.ODOMETRY[0], {"wait_for_subscribers": 2}))]
         words = lambda: "\n".join(node.output() for node in nodes)
         topic = root + ("/camera/image/compressed" if compressed else "/camera/image")
         publisher = rospy.Publisher(topic, CompressedImage if compressed else Image, queue_size=0)
