@@ -36,6 +36,7 @@ add_message_files(FILES
   TopologicalMap.msg
   TopologicalNode.msg
   ViewTemplate.msg)
+add_service_files(FILES MapPath.srv PartCommand.srv)
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 
 catkin_package(

@@ -61,6 +61,9 @@ class LocalViewStage {
   std::size_t waitingImages() const { return gate_.size(); }
   const LocalViewCells& cells() const { return cells_; }
 
+  /// Forgets what the streams have brought: what comes next is another drive, or another part of this one.
+  void interrupt();
+
   /// Whether views that are not recalled are learned; else they make no view cell active.
   void setLearning(bool learning) { cells_.setLearning(learning); }
 
@@ -108,6 +111,7 @@ class LocalViewStage {
   void process(const WaitingView& waiting, std::vector<ViewObservation>& seen);
 
   RecallGeometryParams recall_params_;
+  OdometryStreamParams stream_;
   LocalViewCells cells_;
   TimedChanges<LocalViewParams> changes_;
   std::unique_ptr<RecallCheck> recall_check_;  ///< where vt_verify asks for it, once the camera is known

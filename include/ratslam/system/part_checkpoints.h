@@ -48,13 +48,26 @@ class PartCheckpoints {
   /// @throws std::runtime_error naming file and cause
   void saveNow(const Save& save);
 
+  /// Writes the part's share of a map to a file of its own.
+  /// @throws std::runtime_error naming file and cause; logic_error where there is no folder
+  void saveTo(const std::string& path, const Save& save) const;
+  /// The part's share of a map file: of this part alone, or of all of them.
+  /// @throws std::runtime_error where it cannot be used: missing, damaged, of other parameters, without this part
+  State loadFrom(const std::string& path) const;
+
+  /// While on, checkpoints stay as they are.
+  /// @throws std::runtime_error where they cannot be written from now on
+  void setReadOnly(bool on);
+
   /// Why the last checkpoint could not be written, told once; none where it could.
   std::optional<std::string> takeFailure();
 
   bool enabled() const { return impl_ != nullptr; }
+  const CheckpointSettings& settings() const { return settings_; }
 
  private:
   struct Impl;
+  CheckpointSettings settings_;
   std::unique_ptr<Impl> impl_;
 };
 

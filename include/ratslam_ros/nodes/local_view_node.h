@@ -13,6 +13,7 @@
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
+#include "ratslam_ros/support/part_commands.h"
 #include "ratslam_ros/support/stage_tuning.h"
 #include "ratslam_ros/support/start_gate.h"
 
@@ -31,6 +32,7 @@ class LocalViewNode {
   CalibratedImages::CameraHandler cameraHandler();
   void start();
   void resume();
+  PartActions actions();
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);
   void watch();
   void publish(const std::vector<ViewObservation>& observations);
@@ -38,6 +40,7 @@ class LocalViewNode {
   NodeParams params_;
   LocalViewStage stage_;
   NodeCheckpoints checkpoints_;
+  PartCommands commands_;
   NumberSession session_;
   std::vector<ros::Publisher> outputs_;  ///< templates and, where recalls are verified, geometry
   LazyPicture picture_;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <geometry_msgs/PoseStamped.h>
-#include <std_srvs/Trigger.h>
 
 #include <optional>
 
@@ -11,17 +10,19 @@
 #include "ratslam/system/map_stage.h"
 #include "ratslam_ros/RecallGeometry.h"
 #include "ratslam_ros/support/change_log.h"
+#include "ratslam_ros/support/decision_reports.h"
 #include "ratslam_ros/support/decision_source.h"
 #include "ratslam_ros/support/goal_reporter.h"
 #include "ratslam_ros/support/map_publisher.h"
+#include "ratslam_ros/support/map_services.h"
 #include "ratslam_ros/support/message_guard.h"
 #include "ratslam_ros/support/node_checkpoints.h"
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
 #include "ratslam_ros/support/rival_watch.h"
+#include "ratslam_ros/support/session_watch.h"
 #include "ratslam_ros/support/stage_tuning.h"
-#include "ratslam_ros/support/trajectory_files.h"
 
 namespace ratslam {
 
@@ -38,8 +39,9 @@ class MapNode {
   void subscribe();
   template <class Message>
   void onDecision(const Message& message);
-  bool onWriteTrajectories(std_srvs::TriggerRequest&, std_srvs::TriggerResponse& response);
-  TrajectoryFiles writeFiles() const;
+  PartActions actions();
+  /// @return names of the files
+  std::string write(const std::string& file);
   void watch();
   /// Processes what is possible, without waiting for silent streams where `wait` is false; publishes.
   void drain(bool wait);
@@ -49,6 +51,8 @@ class MapNode {
   bool verifies_;  ///< decisions come with a RecallGeometry
   MapStage stage_;
   NodeCheckpoints checkpoints_;
+  PartCommands commands_;
+  SessionWatch pose_cells_{"the pose cells", "experiences"};
   MapPublisher publisher_;
   OdometryFrame odometry_frame_;
   OdometrySubscriber odometry_;
@@ -57,12 +61,10 @@ class MapNode {
   SyncTimeout silence_;
   GoalReporter goals_;
   MessageGuard guard_;
-  CountedWarning bad_decision_;
-  CountedWarning recreated_;
+  DecisionReports reports_;
   CountedWarning went_on_without_;
-  CountedWarning time_went_back_;
   std::vector<ros::Subscriber> subscribers_;
-  ros::ServiceServer write_service_;
+  MapServices services_;
   RivalWatch rivals_;
   NodeDiagnostics diagnostics_;
   ChangeLog changes_;

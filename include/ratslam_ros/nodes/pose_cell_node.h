@@ -13,6 +13,8 @@
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/odometry_subscriber.h"
+#include "ratslam_ros/support/part_commands.h"
+#include "ratslam_ros/support/session_watch.h"
 #include "ratslam_ros/support/stage_tuning.h"
 #include "ratslam_ros/support/stamp_offset.h"
 #include "ratslam_ros/support/start_gate.h"
@@ -30,6 +32,7 @@ class PoseCellNode {
 
  private:
   void start();
+  PartActions actions();
   void onView(const ratslam_ros::ViewTemplate& message);
   void watch();
   void describe(DiagnosticStatus& status);
@@ -39,7 +42,9 @@ class PoseCellNode {
   NodeParams params_;
   PoseCellStage stage_;
   NodeCheckpoints checkpoints_;
+  PartCommands commands_;
   NumberSession session_;
+  SessionWatch local_view_{"the local view", "views"};
   ros::Publisher action_publisher_;
   ros::Publisher state_publisher_;
   LazyPicture picture_;

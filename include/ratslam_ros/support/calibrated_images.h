@@ -26,6 +26,7 @@ class CalibratedImages {
   void start();
   const std::string& topic() { return images_.watch().topic(); }
   const ImageSubscriber& subscriber() const { return images_; }
+  ImageSubscriber& subscriber() { return images_; }
 
   /// To be called every second or so.
   void warnIfSomethingNeverCame();

@@ -49,6 +49,10 @@ class ImageSubscriber {
   void release() { queue_.release(); }
   bool somethingWaits() const { return queue_.waiting() > 0; }
 
+  /// What later images are compared with.
+  void save(State& state) const { stage_.save(state); }
+  void load(const State& state) { stage_.load(state); }
+
   const ImageTraffic& traffic() const { return traffic_; }
   const ImageCounts& counts() const { return stage_.counts(); }
 

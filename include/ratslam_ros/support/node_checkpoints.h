@@ -37,6 +37,8 @@ class NodeCheckpoints {
   /// To be called when the node ends.
   void finish(const Save& save);
 
+  PartCheckpoints& files() { return checkpoints_; }
+
  private:
   static CheckpointSettings settings(const NodeParams& params, const std::string& part,
                                      const std::map<std::string, std::string>& parameters);

@@ -52,7 +52,9 @@ class OdometrySubscriber {
   std::optional<bool> with_quality_;  ///< once the first sample has come
   std::deque<OdometrySample> samples_;
   std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;
+  std::optional<std::uint32_t> epoch_;  ///< of the sample before
   SyncTimeout silence_;
+  CountedWarning started_anew_;
   CountedWarning without_quality_;
   CountedWarning not_finite_;
   CountedWarning repeated_;

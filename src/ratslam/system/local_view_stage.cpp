@@ -40,7 +40,7 @@ void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
 
 LocalViewStage::LocalViewStage(const LocalViewParams& params, const RecallGeometryParams& recall_params,
                                const OdometryStreamParams& stream)
-    : recall_params_(recall_params), cells_(params), gate_(false, stream) {}
+    : recall_params_(recall_params), stream_(stream), cells_(params), gate_(false, stream) {}
 
 void LocalViewStage::setCamera(const CameraModel& camera) {
   if (recall_params_.verifies()) recall_check_ = std::make_unique<RecallCheck>(recall_params_, camera);
@@ -144,6 +144,13 @@ void LocalViewStage::process(const WaitingView& waiting, std::vector<ViewObserva
   }
   if (observation.geometry) observation.geometry->view_id = observation.view.id;
   seen.push_back(observation);
+}
+
+void LocalViewStage::interrupt() {
+  gate_ = EventGate<WaitingView>(false, stream_);
+  certainties_.clear();
+  last_sample_.reset();
+  ++epoch_;
 }
 
 void LocalViewStage::save(State& state) const {

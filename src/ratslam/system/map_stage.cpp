@@ -1,6 +1,7 @@
 #include "ratslam/system/map_stage.h"
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -138,19 +139,22 @@ void MapStage::process(const TopologicalAction& action) {
   if (action.kind == ActionKind::kNone) return;
   const TopologicalAction translated = inNumbersOfTheMap(action);
   map_.apply(translated, geometry ? &*geometry : nullptr);
-  if (action.session.id == 0 || translated.kind != ActionKind::kCreateNode) return;
+  if (session_.id == 0 || translated.kind != ActionKind::kCreateNode) return;
   if (action.kind != ActionKind::kCreateNode) ++recreated_;
   if (action.dest_id >= experience_of_.size()) experience_of_.resize(action.dest_id + 1, kUnknown);
   experience_of_[action.dest_id] = translated.dest_id;
 }
 
-/// Whoever does not say its session numbers as the map does.
+/// Whoever does not say its session numbers as the one before it, or else as the map does.
 TopologicalAction MapStage::inNumbersOfTheMap(TopologicalAction action) {
+  if (action.session.id == 0) action.session = session_;
   if (action.session.id == 0) return action;
   if (action.session != session_) {
-    if (session_.id != 0 && experience_of_.size() > action.session.known) {
-      experience_of_.resize(action.session.known);
+    if (session_.id == 0) {
+      experience_of_.resize(map_.graph().experiences().size());
+      std::iota(experience_of_.begin(), experience_of_.end(), 0U);
     }
+    if (experience_of_.size() > action.session.known) experience_of_.resize(action.session.known);
     session_ = action.session;
   }
   const auto known = [this](std::uint32_t id) {

@@ -28,7 +28,11 @@ struct PartCheckpoints::Impl {
     for (std::size_t i = 0; i < kTurns.size(); ++i) {
       paths[i] = settings.folder + "/" + settings.part + kTurns[i];
     }
-    if (settings.read_only) return;
+    if (!settings.read_only) open();
+  }
+
+  /// From here on this is the one program that writes.
+  void open() {
     std::error_code error;
     std::filesystem::create_directories(settings.folder, error);
     if (error) {
@@ -129,7 +133,7 @@ struct PartCheckpoints::Impl {
   std::optional<std::string> failure;
 };
 
-PartCheckpoints::PartCheckpoints(const CheckpointSettings& settings) {
+PartCheckpoints::PartCheckpoints(const CheckpointSettings& settings) : settings_(settings) {
   if (!settings.folder.empty()) impl_ = std::make_unique<Impl>(settings);
 }
 
@@ -179,6 +183,31 @@ void PartCheckpoints::saveNow(const Save& save) {
   impl_->hand(impl_->take(*impl_->newest, save));
   impl_->waitUntilWritten();
   if (const auto why = takeFailure()) throw std::runtime_error(*why);
+}
+
+void PartCheckpoints::saveTo(const std::string& path, const Save& save) const {
+  if (!impl_ || !impl_->newest) throw std::runtime_error(settings_.part + ": there is nothing to save yet");
+  const MapLock lock(path);
+  MapWriter(path).save(impl_->take(*impl_->newest, save));
+}
+
+State PartCheckpoints::loadFrom(const std::string& path) const {
+  MapCheckpoint checkpoint = loadMapFile(path);
+  if (!checkpoint.state.hasChild(settings_.part)) {
+    throw std::runtime_error(path + ": it holds nothing of " + settings_.part);
+  }
+  // Those of other parts are their concern.
+  for (auto it = checkpoint.parameters.begin(); it != checkpoint.parameters.end();) {
+    it = settings_.parameters.count(it->first) > 0 ? std::next(it) : checkpoint.parameters.erase(it);
+  }
+  requireParameters(path, checkpoint, settings_.parameters);
+  return std::move(checkpoint.state.child(settings_.part));
+}
+
+void PartCheckpoints::setReadOnly(bool on) {
+  if (!impl_) return;
+  if (!on && !impl_->lock) impl_->open();
+  impl_->settings.read_only = on;
 }
 
 std::optional<std::string> PartCheckpoints::takeFailure() {

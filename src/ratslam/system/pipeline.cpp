@@ -134,12 +134,13 @@ void Pipeline::load(const State& state, bool go_on) {
   pose_cells_.load(state.child("pose_cells"));
   map_.load(state.child("experience_map"));
   if (odometry_ && go_on) odometry_->load(state.child("odometry"));
+  if (!go_on) interrupt();
+  if (!state.hasChild("pipeline")) return;  // a map of the nodes, which count for themselves
   const State& counts = state.child("pipeline");
   dropped_odometry_ = counts.get<std::uint64_t>("dropped_odometry");
   late_views_ = counts.get<std::uint64_t>("late_views");
   absurd_covariances_ = counts.get<std::uint64_t>("absurd_covariances");
   counts.get("first_absurdity", first_absurdity_);
-  if (!go_on) interrupt();
 }
 
 void Pipeline::drain(Progress& progress) {

@@ -14,6 +14,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       stage_(readParams<LocalViewParams>(parameters), readParams<RecallGeometryParams>(parameters),
              readParams<OdometryStreamParams>(parameters)),
       checkpoints_(params_, "local_view", partParameters<LocalViewParams, RecallGeometryParams>(parameters)),
+      commands_(checkpoints_, actions()),
       picture_(handle, topicName(params_.topic_root, "LocalView/View")),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
@@ -33,6 +34,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
   if (stage_.needsCamera()) {
     outputs_.push_back(handle.advertise<ratslam_ros::RecallGeometry>(topic("LocalView/RecallGeometry"), 0));
   }
+  commands_.advertise(handle, topic("LocalView/Command"));
   gate_.emplace(handle, own, outputs_, params_.wait_for_subscribers, [this] { start(); });
   diagnostics_.addImages(images_.subscriber());
   diagnostics_.add("places", [this](DiagnosticStatus& status) {
@@ -53,15 +55,32 @@ CalibratedImages::CameraHandler LocalViewNode::cameraHandler() {
   };
 }
 
+PartActions LocalViewNode::actions() {
+  PartActions actions;
+  actions.save = [this](State& state) {
+    stage_.save(state);
+    images_.subscriber().save(state.child("images"));
+  };
+  actions.load = [this](const State& state) {
+    stage_.load(state);
+    stage_.interrupt();
+    session_ = {0, static_cast<std::uint32_t>(stage_.cells().size())};
+  };
+  actions.setLearning = [this](bool on) { stage_.setLearning(on); };
+  return actions;
+}
+
 void LocalViewNode::resume() {
-  if (const auto state = checkpoints_.resume()) stage_.load(*state);
+  commands_.setEmpty();
+  if (const auto state = checkpoints_.resume()) {
+    stage_.load(*state);
+    if (state->hasChild("images")) images_.subscriber().load(state->child("images"));
+  }
   stage_.setLearning(!params_.localise_only);
   session_.known = static_cast<std::uint32_t>(stage_.cells().size());
 }
 
-void LocalViewNode::finish() {
-  checkpoints_.finish([this](State& state) { stage_.save(state); });
-}
+void LocalViewNode::finish() { checkpoints_.finish(actions().save); }
 
 void LocalViewNode::start() {
   if (stage_.needsOdometry()) odometry_.start();
@@ -71,9 +90,11 @@ void LocalViewNode::start() {
 void LocalViewNode::onImage(const std_msgs::Header& header, const ImageFrame& frame) {
   last_header_ = header;
   last_image_ = frame.image;
-  checkpoints_.before(frame.stamp, [this](State& state) { stage_.save(state); });
+  checkpoints_.before(frame.stamp, actions().save);
   if (session_.id == 0) session_.id = std::max<Stamp>(frame.stamp, 1);
-  stage_.addFrame(frame);
+  ImageFrame seen = frame;
+  if (commands_.paused()) seen.quality = ImageQuality::kBlank;
+  stage_.addFrame(seen);
   publish(stage_.drain());
 }
 

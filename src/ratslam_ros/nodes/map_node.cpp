@@ -13,6 +13,7 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
       stage_(readParams<ExperienceMapParams>(parameters), verifies_,
              readParams<OdometryStreamParams>(parameters)),
       checkpoints_(params_, "experience_map", partParameters<ExperienceMapParams>(parameters)),
+      commands_(checkpoints_, actions()),
       publisher_(handle_, params_, readParams<ExperienceMapParams>(parameters).exp_scale),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
@@ -33,22 +34,23 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
                 return isPublished(topic);
               }),
       silence_(params_.sync_timeout),
+      services_(handle_, params_, commands_, [this](const std::string& file) { return write(file); }),
       rivals_(handle_, odometry_.topic()),
       diagnostics_(handle_, own),
       changes_(handle_, topicName(params_.topic_root, "ParameterChange")),
       tuning_(handle_, own, parameters, stage_) {
   requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
+  commands_.setEmpty();
   if (const auto state = checkpoints_.resume()) stage_.load(*state);
+  pose_cells_.start(stage_.session());
   stage_.setLearning(!params_.localise_only);
   subscribe();
-  write_service_ = handle_.advertiseService(topicName(params_.topic_root, "ExperienceMap/WriteTrajectories"),
-                                            &MapNode::onWriteTrajectories, this);
   watch_timer_ =
       handle_.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
   diagnostics_.add("map", [this](DiagnosticStatus& status) {
     describeMap(status, stage_.map().graph());
     status.add("decisions that wait", stage_.waitingDecisions());
-    status.add("decisions refused", bad_decision_.count());
+    status.add("decisions refused", reports_.refused());
   });
   rivals_.watchFrame(params_.base_frame);
   diagnostics_timer_ = handle_.createWallTimer(
@@ -86,23 +88,17 @@ void MapNode::onDecision(const Message& message) {
   decisions_watch_.messageArrived();
   const TopologicalAction action = actionFromMessage(message);
   checkpoints_.before(action.stamp, [this](State& state) { stage_.save(state); });
-  if (!stage_.addDecision(action)) {
-    time_went_back_.report("time went back in the decisions of the pose cells: their stream starts anew");
-  }
+  pose_cells_.heard(action.session);
+  if (!stage_.addDecision(action)) reports_.timeWentBack();
   drain(true);
 }
 
 void MapNode::drain(bool wait) {
   publisher_.setOdometryFrame(params_.odomFrame(odometry_.frame()));
   const std::vector<Stamp> processed = wait ? stage_.drain() : stage_.drainWithoutWaiting();
-  for (const std::string& why : stage_.takeRefusals()) {
-    bad_decision_.report("decision of the pose cells dropped: " + why);
-  }
+  reports_.report(stage_);
   if (wait && !processed.empty()) silence_.messageArrived();
   publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
-  while (recreated_.count() < stage_.recreated()) {
-    recreated_.report("the pose cells know an experience that this map does not: it is made anew");
-  }
   publisher_.publishMapIfDue(stage_.map());
   goals_.report(stage_.map(), publisher_);
 }
@@ -118,32 +114,33 @@ void MapNode::watch() {
   drain(false);
 }
 
-bool MapNode::onWriteTrajectories(std_srvs::TriggerRequest&, std_srvs::TriggerResponse& response) {
-  try {
-    if (params_.trajectory_file.empty()) throw std::runtime_error("the parameter trajectory_file is not set");
-    stage_.map().settle();
-    const TrajectoryFiles files = writeFiles();
-    response.success = 1;
-    response.message = files.online + ", " + files.final;
-  } catch (const std::exception& e) {
-    response.success = 0;
-    response.message = e.what();
-  }
-  return true;
+PartActions MapNode::actions() {
+  PartActions actions;
+  actions.save = [this](State& state) { stage_.save(state); };
+  actions.load = [this](const State& state) {
+    stage_.load(state);
+    stage_.interrupt();
+    pose_cells_.start(stage_.session());
+    publisher_.publishMap(stage_.map());
+  };
+  actions.setLearning = [this](bool on) { stage_.setLearning(on); };
+  return actions;
 }
 
-TrajectoryFiles MapNode::writeFiles() const {
-  changes_.write(params_.trajectory_file);
-  return writeTrajectories(stage_.map(), params_.trajectory_file, params_.trajectory_format);
+std::string MapNode::write(const std::string& file) {
+  stage_.map().settle();
+  changes_.write(file);
+  const TrajectoryFiles files = writeTrajectories(stage_.map(), file, params_.trajectory_format);
+  return files.online + ", " + files.final;
 }
 
 void MapNode::finish() {
   checkpoints_.finish([this](State& state) { stage_.save(state); });
   stage_.map().settle();
   publisher_.publishMap(stage_.map());
-  if (params_.trajectory_file.empty()) return;
-  const TrajectoryFiles files = writeFiles();
-  ROS_INFO("trajectories written: %s, %s", files.online.c_str(), files.final.c_str());
+  if (!params_.trajectory_file.empty()) {
+    ROS_INFO("trajectories written: %s", write(params_.trajectory_file).c_str());
+  }
 }
 
 }  // namespace ratslam

@@ -12,6 +12,7 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       params_(readParams<NodeParams>(parameters)),
       stage_(readParams<PoseCellParams>(parameters), readParams<OdometryStreamParams>(parameters)),
       checkpoints_(params_, "pose_cells", partParameters<PoseCellParams>(parameters)),
+      commands_(checkpoints_, actions()),
       action_publisher_(handle.advertise<ratslam_ros::TopologicalAction>(
           topicName(params_.topic_root, "PoseCell/TopologicalAction"), 0)),
       state_publisher_(
@@ -31,9 +32,12 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       odometry_timeout_(params_.sync_timeout),
       diagnostics_(handle_, own),
       tuning_(handle_, own, parameters, stage_) {
+  commands_.setEmpty();
   if (const auto state = checkpoints_.resume()) stage_.load(*state);
+  local_view_.start(stage_.viewSession());
   stage_.setLearning(!params_.localise_only);
   session_.known = static_cast<std::uint32_t>(stage_.cells().experiences());
+  commands_.advertise(handle_, topicName(params_.topic_root, "PoseCell/Command"));
   gate_.emplace(handle, own, std::vector<ros::Publisher>{state_publisher_, action_publisher_},
                 params_.wait_for_subscribers, [this] { start(); });
   watch_timer_ =
@@ -41,6 +45,19 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
   diagnostics_.add("streams", [this](DiagnosticStatus& status) { describe(status); });
   diagnostics_timer_ = handle.createWallTimer(ros::WallDuration(1.0),
                                               [this](const ros::WallTimerEvent&) { diagnostics_.publish(); });
+}
+
+PartActions PoseCellNode::actions() {
+  PartActions actions;
+  actions.save = [this](State& state) { stage_.save(state); };
+  actions.load = [this](const State& state) {
+    stage_.load(state);
+    stage_.interrupt();
+    local_view_.start(stage_.viewSession());
+    session_ = {0, static_cast<std::uint32_t>(stage_.cells().experiences())};
+  };
+  actions.setLearning = [this](bool on) { stage_.setLearning(on); };
+  return actions;
 }
 
 void PoseCellNode::start() {
@@ -58,6 +75,7 @@ void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
   offset_.first(view.stamp);
   ++views_;
   checkpoints_.before(view.stamp, [this](State& state) { stage_.save(state); });
+  local_view_.heard(view.session);
   if (session_.id == 0) session_.id = std::max<Stamp>(view.stamp, 1);
   switch (stage_.addView(view)) {
     case EventVerdict::kAccepted:

@@ -69,6 +69,11 @@ void OdometrySubscriber::drain(bool wait) {
 }
 
 void OdometrySubscriber::handOn(const OdometrySample& sample) {
+  if (epoch_ && *epoch_ != sample.epoch) {
+    started_anew_.report(watch_.topic() +
+                         ": its source started anew, how far it went before that is not known");
+  }
+  epoch_ = sample.epoch;
   if (sample.covariance && absurd_.count() == 0) {
     const std::string absurdity = whyAbsurd(*sample.covariance);
     if (!absurdity.empty()) {

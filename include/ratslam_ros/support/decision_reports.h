@@ -1,0 +1,25 @@
+/// What the map's node says in its log about decisions of the pose cells that it could not follow as they were.
+#pragma once
+
+#include <cstddef>
+
+#include "ratslam/system/map_stage.h"
+#include "ratslam_ros/support/counted_warning.h"
+
+namespace ratslam {
+
+class DecisionReports {
+ public:
+  /// To be called after every drain: refused decisions, and experiences that had to be made anew.
+  void report(MapStage& stage);
+  void timeWentBack();
+
+  std::size_t refused() const { return refused_.count(); }
+
+ private:
+  CountedWarning refused_;
+  CountedWarning recreated_;
+  CountedWarning time_went_back_;
+};
+
+}  // namespace ratslam

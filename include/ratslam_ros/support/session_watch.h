@@ -1,0 +1,26 @@
+/// Says once that a part whose numbers one keeps has started again, and what it has forgotten.
+#pragma once
+
+#include <string>
+
+#include "ratslam/events.h"
+
+namespace ratslam {
+
+class SessionWatch {
+ public:
+  /// @param who  "the local view"   @param what  it numbers: "views"
+  SessionWatch(std::string who, std::string what);
+
+  /// What has been heard of before this process began; no news.
+  void start(const NumberSession& known) { last_ = known; }
+  /// To be called with the session of every message.
+  void heard(const NumberSession& session);
+
+ private:
+  std::string who_;
+  std::string what_;
+  NumberSession last_;
+};
+
+}  // namespace ratslam

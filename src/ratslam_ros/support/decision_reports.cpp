@@ -1,0 +1,18 @@
+#include "ratslam_ros/support/decision_reports.h"
+
+namespace ratslam {
+
+void DecisionReports::report(MapStage& stage) {
+  for (const std::string& why : stage.takeRefusals()) {
+    refused_.report("decision of the pose cells dropped: " + why);
+  }
+  while (recreated_.count() < stage.recreated()) {
+    recreated_.report("the pose cells know an experience that this map does not: it is made anew");
+  }
+}
+
+void DecisionReports::timeWentBack() {
+  time_went_back_.report("time went back in the decisions of the pose cells: their stream starts anew");
+}
+
+}  // namespace ratslam
