@@ -2,9 +2,11 @@
 """What the launch files promise to somebody who only calls roslaunch: nothing left behind, a clean ending, his own folder."""
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import unittest
+import xmlrpc.client
 
 import rosgraph
 import rosnode
@@ -64,6 +66,22 @@ class Launches(unittest.TestCase):
         self.assertTrue(harness.wait_until(lambda: "/ratslam_vo" in rosnode.get_node_names(), 30.0))
         self.assertNotIn("image_queue_size", self.master.getParam("/ratslam_lv"))
         self.assertNotIn("wait_for_subscribers", self.master.getParam("/ratslam_vo"))
+
+    def test_a_node_that_dies_comes_back_where_it_is_asked_for(self):
+        self.start(bag="", respawn="true", odometry="external")
+        self.assertTrue(harness.wait_until(lambda: rosnode.rosnode_ping("/ratslam_pc", max_count=1), 30.0), self.launch.output())
+        first = rosnode.get_api_uri(self.master, "/ratslam_pc")
+        pid = xmlrpc.client.ServerProxy(first).getPid("/launches_test")[2]
+        os.kill(pid, signal.SIGKILL)
+        self.assertTrue(harness.wait_until(lambda: self.api_of("/ratslam_pc") not in (None, first), 30.0), self.launch.output())
+        self.assertTrue(harness.wait_until(lambda: rosnode.rosnode_ping("/ratslam_pc", max_count=1), 30.0), self.launch.output())
+        self.assertEqual(self.launch.interrupt(30.0), 0)
+
+    def api_of(self, node):
+        try:
+            return rosnode.get_api_uri(self.master, node, skip_cache=True)
+        except rosgraph.MasterException:
+            return None
 
     def test_keep_leaves_the_nodes_up(self):
         self.start(keep="true")

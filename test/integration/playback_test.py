@@ -7,6 +7,7 @@ import sys
 import tempfile
 import unittest
 
+import rosbag
 import rostest
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -33,6 +34,7 @@ class Playback(unittest.TestCase):
         """Trajectory files of one playback through roslaunch, as bytes: online and final."""
         out = self.path(f"{os.path.basename(bag)}_{rate}")
         arguments = {"bag": bag, "rate": rate, "config": self.config, "topic_root": "drive", "trajectory_file": out, **arguments}
+        out = arguments["trajectory_file"]
         launch = harness.Process(["roslaunch", "ratslam_ros", "ratslam.launch", *(f"{k}:={v}" for k, v in arguments.items())])
         self.assertEqual(launch.ended(120.0), 0, launch.output())
         self.assertIn("the map has processed the last image", launch.output())
@@ -60,6 +62,21 @@ class Playback(unittest.TestCase):
         self.assertEqual(self.play(bag, 1, compressed="true"), reference)
         self.assertEqual(self.play(bag, 20, compressed="true"), reference)
         self.assertEqual(self.run_offline(bag, "profile"), reference)
+        self.assertEqual(self.in_two_parts(bag, "profile_parts", compressed="true"), reference)
+
+    def in_two_parts(self, bag, name, **arguments):
+        """The same, with all nodes ended in the middle, where no message is on its way, and started again."""
+        parts = [self.path(f"{name}_{part}.bag") for part in (1, 2)]
+        images, ended = 0, False
+        with rosbag.Bag(bag) as whole, rosbag.Bag(parts[0], "w") as first, rosbag.Bag(parts[1], "w") as second:
+            has_odometry = "/drive/odom" in whole.get_type_and_topic_info().topics
+            for topic, message, at in whole.read_messages():
+                (second if ended else first).write(topic, message, at)
+                images += "image" in topic
+                ended = ended or images >= FRAMES // 2 and (topic.endswith("/odom") or not has_odometry)
+        kept = {"map_dir": self.path(name + "_map"), "trajectory_file": self.path(name), **arguments}
+        self.play(parts[0], 5, **kept)
+        return self.play(parts[1], 5, **kept)
 
     def test_odometry_stamped_between_the_images_at_every_rate_and_offline(self):
         bag = self.path("odometry.bag")
@@ -67,6 +84,7 @@ class Playback(unittest.TestCase):
         reference = self.play(bag, 5, odometry="external")
         self.assertEqual(self.play(bag, 20, odometry="external"), reference)
         self.assertEqual(self.run_offline(bag, "topic"), reference)
+        self.assertEqual(self.in_two_parts(bag, "topic_parts", odometry="external"), reference)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ CONFIG = {
     "pc_vt_inject_energy": 0.15, "pc_vt_restore": 0.04, "exp_delta_pc_threshold": 1.0, "exp_loops": 20, "exp_height": "true",
     "camera_height": 1.65, "camera_fov_deg": 80.0, "image_transport": "compressed", "image_queue_size": 0, "sync_timeout": 4.0,
 }
+TOWN = ["--frames", "600", "--size", "620x188", "--jpeg-quality", "90", "--wheel-noise", "0.01,0.1,0.01"]  # of ratslam_town
 FALSE_M = 10.0  # a view recalled so far from where it was learned is another place
 
 

@@ -25,8 +25,7 @@ class Restarts(unittest.TestCase):
         rospy.init_node("restarts_test")
         cls.folder = tempfile.mkdtemp()
         bag = os.path.join(cls.folder, "town.bag")
-        subprocess.run([harness.executable("ratslam_town"), "--out", bag, "--frames", "600", "--size", "620x188", "--jpeg-quality", "90",
-                        "--wheel-noise", "0.01,0.1,0.01"], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([harness.executable("ratslam_town"), "--out", bag, *trials.TOWN], check=True, stdout=subprocess.DEVNULL)
         cls.town = trials.Town(bag)
         cls.undisturbed = {}
 

@@ -3,7 +3,8 @@
 
 namespace ratslam {
 
-/// From now on those signals are taken down instead of ending the program.
+/// From now on those signals are taken down instead of ending the program. A file that may not grow any more does
+/// not end it either.
 void catchStopSignals();
 
 /// Whether one of them has come.

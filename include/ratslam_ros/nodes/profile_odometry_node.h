@@ -7,6 +7,7 @@
 #include "ratslam_ros/support/image_subscriber.h"
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/odometry_checkpoints.h"
 #include "ratslam_ros/support/odometry_publisher.h"
 #include "ratslam_ros/support/start_gate.h"
 
@@ -18,6 +19,9 @@ class ProfileOdometryNode {
   /// @throws std::invalid_argument for bad parameters
   ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
+  /// Writes where it is; to be called when the node ends.
+  void finish() { checkpoints_.finish(); }
+
  private:
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);
 
@@ -26,6 +30,7 @@ class ProfileOdometryNode {
   ProfileSource source_;
   OdometryPublisher publisher_;
   ImageSubscriber images_;
+  OdometryCheckpoints checkpoints_;
   NodeDiagnostics diagnostics_;
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;

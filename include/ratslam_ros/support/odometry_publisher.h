@@ -16,6 +16,7 @@
 #include <optional>
 #include <vector>
 
+#include "ratslam/common/state.h"
 #include "ratslam/odometry/odometry.h"
 #include "ratslam_ros/support/node_params.h"
 
@@ -32,6 +33,13 @@ class OdometryPublisher {
   /// @param twist   all of the motion; speed, yaw rate and covariance are taken from the sample
   /// The pose's covariance is what the twist's variances have added up to.
   void publish(OdometrySample sample, const Twist& twist);
+
+  std::optional<Stamp> lastStamp() const { return last_stamp_; }
+  /// The next sample is like the first one of a process.
+  void beginAnew() { last_stamp_.reset(); }
+  void save(State& state) const;
+  /// @throws std::runtime_error naming what is missing
+  void load(const State& state);
 
   std::vector<ros::Publisher> publishers() const { return {quality_publisher_, publisher_}; }
 

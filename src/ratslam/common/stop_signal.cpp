@@ -17,6 +17,7 @@ void catchStopSignals() {
     // Whoever starts a program with nohup wants it to outlive the terminal.
     if (signal == SIGHUP && before == SIG_IGN) std::signal(signal, SIG_IGN);
   }
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is for its writer to report
 }
 
 bool stopRequested() { return requested != 0; }

@@ -33,6 +33,9 @@ void SqliteDatabase::fail(const std::string& what) const { throw std::runtime_er
 
 void SqliteDatabase::failWithReport(const std::string& doing) const {
   const int code = handle_ ? sqlite3_errcode(handle_.get()) & 0xFF : SQLITE_NOMEM;
+  if (handle_ && sqlite3_extended_errcode(handle_.get()) == SQLITE_IOERR_WRITE) {
+    fail("it cannot grow, the disk is full or broken: the file holds the checkpoint before");
+  }
   switch (code) {
     case SQLITE_NOTADB:
       fail("it is not a map file");

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "ratslam_ros/support/conversions.h"
+#include "ratslam_ros/support/trajectory_files.h"
 
 namespace ratslam {
 

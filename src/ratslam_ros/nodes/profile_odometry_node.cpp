@@ -13,7 +13,10 @@ ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const Parameter
       images_(handle, params_, readParams<ImageStageParams>(parameters),
               topicName(params_.topic_root, "camera/image"),
               [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
+      checkpoints_(params_, readParams<ImageStageParams>(parameters),
+                   partParameters<ProfileOdometryParams>(parameters), source_, publisher_, images_),
       diagnostics_(handle, own) {
+  checkpoints_.resume();
   gate_.emplace(handle, own, publisher_.publishers(), params_.wait_for_subscribers,
                 [this] { images_.start(); });
   diagnostics_.addImages(images_);
@@ -24,7 +27,7 @@ ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const Parameter
 }
 
 void ProfileOdometryNode::onImage(const std_msgs::Header&, const ImageFrame& frame) {
-  publisher_.publish(source_.track(frame), Twist::Zero());
+  publisher_.publish(source_.track(checkpoints_.before(frame)), Twist::Zero());
 }
 
 }  // namespace ratslam

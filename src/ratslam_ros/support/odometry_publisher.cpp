@@ -21,6 +21,18 @@ OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& 
           handle.advertise<ratslam_ros::OdometryQuality>(topicName(params.topic_root, "odom_quality"), 0)),
       publisher_(handle.advertise<nav_msgs::Odometry>(topicName(params.topic_root, "odom"), 0)) {}
 
+void OdometryPublisher::save(State& state) const {
+  state.set("last_stamp", last_stamp_);
+  state.set("first_epoch", first_epoch_);
+  state.set("pose_covariance", pose_covariance_);
+}
+
+void OdometryPublisher::load(const State& state) {
+  state.get("last_stamp", last_stamp_);
+  state.get("first_epoch", first_epoch_);
+  state.get("pose_covariance", pose_covariance_);
+}
+
 void OdometryPublisher::publish(OdometrySample sample, const Twist& twist) {
   if (!last_stamp_) {
     first_epoch_ = epochFrom(sample.stamp);

@@ -1,8 +1,10 @@
 #include "ratslam/system/part_checkpoints.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -108,6 +110,55 @@ TEST_F(Counting, LeavesTheFilesAsTheyAreWhereNothingIsToBeLearned) {
   settings_.read_only = false;
   EXPECT_EQ(fs::last_write_time(folder_ / "pose_cells.a.db"), before);
   EXPECT_EQ(resumed(), 13);
+}
+
+/// No file may grow beyond a size while one of these lives, as on a full disk or beyond a quota.
+class SizeLimit {
+ public:
+  explicit SizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~SizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  SizeLimit(const SizeLimit&) = delete;
+  SizeLimit& operator=(const SizeLimit&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+TEST_F(Counting, KeepsTheLastGoodCheckpointWhereTheDiskIsFull) {
+  run(0, 7, true);
+  PartCheckpoints checkpoints(settings_);
+  resume(checkpoints);
+  const auto save = [this](State& state) {
+    state.set("count", count_);
+    std::vector<std::uint32_t> large(1U << 16U);
+    for (std::size_t i = 0; i < large.size(); ++i) large[i] = static_cast<std::uint32_t>(i * i * 2654435761U);
+    state.set("large", large);
+  };
+  checkpoints.before(8 * kSecond, save);
+  count_ = 8;
+  {
+    const SizeLimit limit(100'000);
+    try {
+      checkpoints.saveNow(save);
+      FAIL() << "a checkpoint that cannot be written is told";
+    } catch (const std::runtime_error& e) {
+      const std::string what = e.what();
+      EXPECT_EQ(what.find('\n'), std::string::npos);
+      EXPECT_NE(what.find("checkpoint lost: " + folder_.string()), std::string::npos) << what;
+      EXPECT_NE(what.find("the disk is full"), std::string::npos) << what;
+    }
+  }
+  EXPECT_EQ(resumed(), 7);
+  checkpoints.saveNow([](State& state) { state.set("count", std::int64_t{9}); });
+  EXPECT_EQ(resumed(), 9) << "there is room again";
 }
 
 TEST_F(Counting, HasOneWriter) {
