@@ -9,6 +9,7 @@
 #include "ratslam/common/progress_bar.h"
 #include "ratslam/common/stop_signal.h"
 #include "ratslam/dataset/odometry_file.h"
+#include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/odometry/orb/orb_params.h"
 #include "ratslam/odometry/profile/profile_odometry.h"
 #include "ratslam/odometry/registry.h"
@@ -241,6 +242,12 @@ void OfflineRun::sayWhatWasLeft() const {
   std::cout << images_.counts().text() << ", " << pipeline_->localView().size() << " templates, "
             << pipeline_->map().graph().experiences().size() << " experiences, "
             << pipeline_->map().graph().links().size() << " links -> " << options_.out << '\n';
+  const std::size_t stretches = stretchesOf(pipeline_->map().onlineTrajectory()).size();
+  if (stretches > 1) {
+    say("time went back: the " + std::to_string(stretches) +
+        " stretches of each trajectory lie in files of their own, " + stretchName("trajectory_final.tum", 1) +
+        " after trajectory_final.tum");
+  }
   if (stopRequested()) std::cout << "interrupted: the results hold what was mapped so far\n";
   if (const auto complaint = span_.complaint()) say(*complaint);
 }

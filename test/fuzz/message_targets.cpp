@@ -89,6 +89,7 @@ void events(const Bytes& input) {
   Reader reader(input);
   PoseCellStage pose_cells{PoseCellParams{}};
   MapStage map{ExperienceMapParams{}, true};
+  ratslam_ros::OdometryQuality quality;  // of the next sample
   for (int count = 0; !reader.atEnd() && count < 100; ++count) {
     const auto kind = reader.take<std::uint8_t>();
     const Bytes bytes = reader.takeBytes(reader.take<std::uint16_t>() % 1024);
@@ -98,8 +99,14 @@ void events(const Bytes& input) {
       ratslam_ros::TopologicalAction action;
       ratslam_ros::PoseCellState state;
       ratslam_ros::RecallGeometry geometry;
-      if (kind % 5 == 0 && fromWire(bytes, odometry)) {
-        const OdometrySample sample = odometryFromMessage(odometry);
+      if (kind >= 240) {
+        ratslam_ros::OdometryQuality heard;
+        if (!fromWire(bytes, heard)) return;
+        requireUsable(heard);
+        quality = heard;
+      } else if (kind % 5 == 0 && fromWire(bytes, odometry)) {
+        OdometrySample sample = odometryFromMessage(odometry);
+        addQuality(quality, sample);
         pose_cells.addOdometry(sample);
         map.addOdometry(sample);
       } else if (kind % 5 == 1 && fromWire(bytes, view)) {
@@ -116,6 +123,7 @@ void events(const Bytes& input) {
     mayRefuse([&] { map.drain(); });
   }
   mayRefuse([&] { map.drainWithoutWaiting(); });
+  requireFinite(map.map());
 }
 
 void bag(const Bytes& input) {

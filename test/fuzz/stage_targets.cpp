@@ -126,6 +126,7 @@ void mapStage(const Bytes& input) {
   }
   mayRefuse([&] { stage.drainWithoutWaiting(); });
   stage.map().settle();
+  requireFinite(stage.map());
 }
 
 void views(const Bytes& input) {
@@ -160,6 +161,17 @@ void planted(const Bytes& input) {
 }
 
 }  // namespace
+
+void requireFinite(const ExperienceMap& map) {
+  for (const auto& trajectory : {map.onlineTrajectory(), map.finalTrajectory()}) {
+    for (const StampedPose& stamped : trajectory) {
+      const MapPose& pose = stamped.pose;
+      const bool finite = std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.z) &&
+                          std::isfinite(pose.yaw) && stamped.attitude().coeffs().allFinite();
+      require(finite, "poses of the map are finite");
+    }
+  }
+}
 
 std::vector<Target> stageTargets() {
   return {{"pose_cell_stage", poseCellStage}, {"map_stage", mapStage}, {"views", views}};

@@ -11,6 +11,10 @@
 #include <string>
 #include <vector>
 
+namespace ratslam {
+class ExperienceMap;
+}
+
 namespace ratslam::fuzz {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -38,6 +42,9 @@ void mayRefuse(const std::function<void()>& action);
 
 /// Aborts where a condition does not hold.
 void require(bool condition, const char* what);
+
+/// Aborts where a pose of the map is not finite.
+void requireFinite(const ExperienceMap& map);
 
 /// A folder in memory that is emptied again.
 class Folder {

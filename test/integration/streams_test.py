@@ -213,7 +213,7 @@ class Streams(unittest.TestCase):
         self.assertTrue(states.has(5), node.output())
         for state in states.messages:
             self.assertTrue(all(math.isfinite(v) for v in (state.x, state.y, state.th)))
-        self.assertEqual(node.count("odometry dropped, it is not finite"), 1, node.output())
+        self.assertEqual(node.count("odometry dropped: the speed is not finite"), 1, node.output())
 
     def test_actions_are_published_for_what_is_to_do_and_states_for_every_view(self):
         self.start("ratslam_pc")

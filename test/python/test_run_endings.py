@@ -164,6 +164,26 @@ def test_files_that_an_earlier_run_left_do_not_mix_with_the_new_ones(program, sh
     assert set(os.listdir(out)) == OUTPUTS - {"trajectory_odometry.tum"} | {"notes.txt"}
 
 
+def test_stamps_of_one_file_rise_where_time_goes_back(program, short, tmp_path):
+    looped = tmp_path / "looped"
+    looped.mkdir()
+    (looped / "image_0").symlink_to(short / "image_0")
+    times = (short / "times.txt").read_text().splitlines()
+    (looped / "times.txt").write_text("\n".join(times[1:16] + times[1:16]) + "\n")
+    out = tmp_path / "out"
+    ended = run(program, looped, out)
+    assert ended.returncode == 0, ended.stdout
+    assert "time went back: the 2 stretches of each trajectory" in ended.stdout
+    for name in ("trajectory_online", "trajectory_final", "trajectory_odometry"):
+        for part in ("", "_2"):
+            stamps = [float(line.split()[0]) for line in lines(out / f"{name}{part}.tum")]
+            assert stamps and stamps == sorted(set(stamps)), name + part
+    for part in ("", "_2"):
+        assert len(lines(out / f"odometry{part}.csv")) == 16
+    assert run(program, short, out).returncode == 0
+    assert set(os.listdir(out)) == OUTPUTS
+
+
 def test_what_cannot_be_written_is_said_before_the_first_image(program, sequence, tmp_path):
     (tmp_path / "out" / "summary.json").mkdir(parents=True)
     began = time.monotonic()

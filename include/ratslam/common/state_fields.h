@@ -251,8 +251,9 @@ void State::get(const std::string& name, T& value) const {
     const State& optional = child(name);
     value.reset();
     if (!optional.arrays_.empty() || !optional.children_.empty()) {
-      value.emplace();
-      optional.get("value", *value);
+      typename T::value_type inside{};  // clang emplaces nothing that is nested in a class with its defaults
+      optional.get("value", inside);
+      value = std::move(inside);
     }
   } else if constexpr (IsDynamicMatrix<T>::value) {
     const StateArray& array = arrayOf(name, stateTypeOf<typename T::Scalar>(), {}, 2);
@@ -295,12 +296,12 @@ void State::get(const std::string& name, T& value) const {
 template <class Object>
 void State::write(const Object& object) {
   const_cast<Object&>(object).stateFields(
-      [this](const std::string& name, const auto& value) { set(name, value); });
+      [this](const std::string& name, const auto& value) { this->set(name, value); });
 }
 
 template <class Object>
 void State::read(Object& object) const {
-  object.stateFields([this](const std::string& name, auto& value) { get(name, value); });
+  object.stateFields([this](const std::string& name, auto& value) { this->get(name, value); });
 }
 
 template <class Element>

@@ -25,6 +25,7 @@ class KittiFolder : public Recording {
   std::size_t imageCount() const override { return images_.size(); }
   /// None without calib.txt. @throws std::runtime_error naming the file where it has no usable projection
   std::optional<CameraModel> camera() const override;
+  std::vector<std::string> remarks() const override { return remarks_; }
 
  private:
   cv::Size imageSize() const;
@@ -33,6 +34,7 @@ class KittiFolder : public Recording {
   int camera_number_ = 0;
   std::vector<std::string> images_;
   std::vector<Stamp> stamps_;
+  std::vector<std::string> remarks_;
   ImageLimits limits_;
   std::size_t next_ = 0;
 };

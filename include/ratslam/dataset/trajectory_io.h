@@ -36,6 +36,20 @@ void writeTum(const std::string& path, const std::vector<StampedPose3>& trajecto
 /// The same as KITTI poses.
 void writeKitti(const std::string& path, const std::vector<StampedPose3>& trajectory);
 
+/// The parts of a list of stamped values in which stamps rise: where time went back, as in a looped bag, a new part
+/// begins. At least one, which may be empty.
+template <class Stamped>
+std::vector<std::vector<Stamped>> stretchesOf(const std::vector<Stamped>& values) {
+  std::vector<std::vector<Stamped>> stretches(1);
+  for (const Stamped& value : values) {
+    if (!stretches.back().empty() && value.stamp <= stretches.back().back().stamp) stretches.emplace_back();
+    stretches.back().push_back(value);
+  }
+  return stretches;
+}
+/// Name of a stretch's file, counted from 0: run.tum, run_2.tum, run_3.tum ...
+std::string stretchName(const std::string& path, std::size_t number);
+
 /// Reads poses of 12 numbers a line. @throws std::runtime_error naming file, line and reason
 std::vector<Eigen::Isometry3d> readKittiPoses(const std::string& path);
 

@@ -48,7 +48,7 @@ struct TimedStep {
 };
 
 /// What became of a sample handed to OdometryTimeline::push.
-enum class SampleVerdict { kAccepted, kNotFinite, kRepeatedStamp, kLate, kTimeWentBack };
+enum class SampleVerdict { kAccepted, kImpossible, kRepeatedStamp, kLate, kTimeWentBack };
 
 class OdometryTimeline {
  public:
@@ -56,7 +56,7 @@ class OdometryTimeline {
   explicit OdometryTimeline(bool use_pose, const OdometryStreamParams& params = {})
       : use_pose_(use_pose), params_(params) {}
 
-  /// Appends a sample. A covariance that cannot be used counts as not said. Only an accepted sample changes anything: values that are not finite, a stamp already
+  /// Appends a sample. A covariance that cannot be used counts as not said. Only an accepted sample changes anything: values that are impossible (possible.h), a stamp already
   /// seen and a stamp before it are reported to the caller, who counts, warns or resets.
   SampleVerdict push(const OdometrySample& sample);
 

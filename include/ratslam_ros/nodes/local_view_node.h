@@ -9,6 +9,7 @@
 #include "ratslam/system/local_view_stage.h"
 #include "ratslam_ros/support/calibrated_images.h"
 #include "ratslam_ros/support/lazy_picture.h"
+#include "ratslam_ros/support/message_guard.h"
 #include "ratslam_ros/support/node_checkpoints.h"
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
@@ -47,6 +48,7 @@ class LocalViewNode {
   OdometrySubscriber odometry_;
   SyncTimeout odometry_timeout_;
   CountedWarning went_on_without_;
+  MessageGuard guard_;
   std_msgs::Header last_header_;
   cv::Mat last_image_;  ///< to draw
   CalibratedImages images_;

@@ -32,7 +32,9 @@ OdometrySample odometryFromMessage(const nav_msgs::Odometry& message);
 
 /// What a sample says of itself beyond nav_msgs/Odometry.
 ratslam_ros::OdometryQuality qualityToMessage(const OdometrySample& sample);
-/// Fills that in. Values are taken as they are.
+/// @throws std::runtime_error where a number is not finite or the correction's way has poses without stamps
+void requireUsable(const ratslam_ros::OdometryQuality& message);
+/// Fills in what a usable message says.
 void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sample);
 
 ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message);

@@ -12,8 +12,7 @@ namespace ratslam {
 
 class GoalReporter {
  public:
-  /// One in another frame than `map_frame` is refused with an error. @throws std::runtime_error for one that is
-  /// not finite
+  /// @throws std::runtime_error for a goal in another frame than `map_frame`, or one that is not finite
   void take(const geometry_msgs::PoseStamped& goal, const std::string& map_frame, ExperienceMap& map,
             MapPublisher& publisher);
 

@@ -38,8 +38,8 @@ class MessageGuard {
         });
   }
 
-  /// Counts of messages dropped, to /diagnostics from here on.
-  void publishCounts(const ros::NodeHandle& handle);
+  /// Counts of messages dropped, to /diagnostics from here on. @param part  of the node, as diagnostics name it
+  void publishCounts(const ros::NodeHandle& handle, const std::string& part = "messages");
 
   std::size_t dropped(const std::string& topic) const;
 
@@ -47,6 +47,7 @@ class MessageGuard {
   void publish();
 
   std::map<std::string, CountedWarning> dropped_;
+  std::string part_;
   ros::Publisher diagnostics_;
   ros::WallTimer timer_;
 };

@@ -1,5 +1,5 @@
 /// Odometry from a topic into a stage of the pipeline: nothing is dropped by a queue, and what the stage
-/// refuses is counted and reported.
+/// refuses is counted and reported. A sample that cannot be processed never ends a node (message_guard.h).
 ///
 /// What a sample says of itself beyond nav_msgs/Odometry comes on a topic beside it (odom -> odom_quality).
 /// Where somebody advertises that topic when the first sample comes, every sample waits for its quality, told
@@ -18,6 +18,7 @@
 #include "ratslam/odometry/odometry_timeline.h"
 #include "ratslam_ros/OdometryQuality.h"
 #include "ratslam_ros/support/counted_warning.h"
+#include "ratslam_ros/support/message_guard.h"
 #include "ratslam_ros/support/stream_watch.h"
 
 namespace ratslam {
@@ -49,6 +50,7 @@ class OdometrySubscriber {
   Handler handler_;
   StreamWatch watch_;
   std::string frame_;
+  MessageGuard guard_;
   std::optional<bool> with_quality_;  ///< once the first sample has come
   std::deque<OdometrySample> samples_;
   std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;
@@ -56,7 +58,7 @@ class OdometrySubscriber {
   SyncTimeout silence_;
   CountedWarning started_anew_;
   CountedWarning without_quality_;
-  CountedWarning not_finite_;
+  CountedWarning impossible_;
   CountedWarning repeated_;
   CountedWarning late_;
   CountedWarning absurd_;

@@ -23,7 +23,8 @@ TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& form
 /// @throws std::runtime_error naming what cannot be written
 void requireTrajectoriesWritable(const std::string& file, const std::string& format);
 
-/// Writes them, making the folder where it is missing; all of them or none. @return their names
+/// Writes them, making the folder where it is missing; all of them or none. Where time went back, trajectories with
+/// stamps go on in files of their own (dataset/trajectory_io.h). @return their names
 /// @throws std::runtime_error naming what cannot be written
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
                                   const std::string& format);

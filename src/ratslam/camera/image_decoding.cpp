@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compressed_header.h"
+#include "ratslam/common/text_file.h"
 
 namespace ratslam {
 namespace {
@@ -55,7 +56,7 @@ const Encoding& encodingOf(const std::string& name) {
     if (name == encoding.name) return encoding;
     known += (known.empty() ? "" : ", ") + std::string(encoding.name);
   }
-  throw BadImage("image encoding '" + name.substr(0, 40) + "' is not supported: " + known + " are");
+  throw BadImage("image encoding '" + shown(name) + "' is not supported: " + known + " are");
 }
 
 std::string sizeText(std::uint64_t width, std::uint64_t height) {

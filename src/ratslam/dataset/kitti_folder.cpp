@@ -87,6 +87,11 @@ KittiFolder::KittiFolder(const std::string& folder, const std::string& image_fol
       limits_(limits) {
   const std::string times_path = folder + "/times.txt";
   const std::vector<Stamp> times = readTimes(times_path);
+  if (times.size() > images_.size()) {
+    remarks_.push_back(times_path + ": " + std::to_string(times.size()) + " times for " +
+                       std::to_string(images_.size()) +
+                       " images: each image takes the time of the number in its name");
+  }
   for (const std::size_t row : timesOf(images_, times.size(), times_path)) stamps_.push_back(times[row]);
 }
 

@@ -11,6 +11,7 @@
 #include "ratslam/common/text_file.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/trajectory_io.h"
+#include "ratslam/odometry/possible.h"
 
 namespace ratslam {
 namespace {
@@ -260,6 +261,8 @@ std::vector<OdometrySample> readOdometryCsv(const std::string& path) {
   for (auto line = std::next(lines.begin()); line != lines.end(); ++line) {
     columns.setLine(*line);
     const OdometrySample sample = parts.read(columns);
+    const std::string impossible = whyImpossible(sample);
+    if (!impossible.empty()) columns.fail(impossible);
     if (!samples.empty() && sample.stamp <= samples.back().stamp) {
       columns.fail("stamps must rise from line to line");
     }

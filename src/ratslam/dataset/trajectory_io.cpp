@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -57,6 +58,14 @@ std::optional<Stamp> parseStamp(const std::string& written) {
   decimals.resize(kDecimals, '0');
   const Stamp magnitude = std::stoll(whole + decimals) + (round_up ? 1 : 0);
   return negative ? -magnitude : magnitude;
+}
+
+std::string stretchName(const std::string& path, std::size_t number) {
+  if (number == 0) return path;
+  const std::filesystem::path whole(path);
+  const std::string name =
+      whole.stem().string() + "_" + std::to_string(number + 1) + whole.extension().string();
+  return (whole.parent_path() / name).string();
 }
 
 void writeTum(const std::string& path, const std::vector<StampedPose3>& trajectory) {

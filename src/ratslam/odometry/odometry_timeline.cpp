@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/odometry/possible.h"
 #include "ratslam/odometry/uncertainty.h"
 
 namespace ratslam {
@@ -27,11 +28,6 @@ constexpr double kClimb = 0.2;
 constexpr std::size_t kMostPending = 20000;
 
 double yawOf(const Eigen::Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
-
-bool isFinite(const OdometrySample& sample) {
-  return std::isfinite(sample.speed) && std::isfinite(sample.yaw_rate) &&
-         (!sample.pose || sample.pose->matrix().allFinite());
-}
 
 double wayOf(const OdometryStep& step) {
   return std::sqrt(step.forward * step.forward + step.left * step.left + step.up * step.up);
@@ -100,7 +96,7 @@ OdometryStep partOf(const OdometryStep& whole, bool from_pose, double from, doub
 }  // namespace
 
 SampleVerdict OdometryTimeline::push(const OdometrySample& sample) {
-  if (!isFinite(sample)) return SampleVerdict::kNotFinite;
+  if (!whyImpossible(sample).empty()) return SampleVerdict::kImpossible;
   if (last_ && sample.stamp == last_->stamp) return SampleVerdict::kRepeatedStamp;
   if (last_ && sample.stamp < last_->stamp) {
     return secondsBetween(sample.stamp, last_->stamp) < params_.time_reset ? SampleVerdict::kLate

@@ -96,7 +96,7 @@ bool Pipeline::feedOdometry(const OdometrySample& sample) {
   const SampleVerdict verdict = pose_cells_.addOdometry(sample);
   local_view_.addOdometry(sample);
   map_.addOdometry(sample);
-  const bool dropped = verdict == SampleVerdict::kNotFinite || verdict == SampleVerdict::kRepeatedStamp ||
+  const bool dropped = verdict == SampleVerdict::kImpossible || verdict == SampleVerdict::kRepeatedStamp ||
                        verdict == SampleVerdict::kLate;
   if (dropped) ++dropped_odometry_;
   if (!dropped && sample.covariance) {

@@ -43,10 +43,16 @@ class FileSet {
  public:
   explicit FileSet(std::string folder) : folder_(std::move(folder)) {}
 
-  std::ostream& add(const char* name) {
+  std::ostream& add(const std::string& name) {
     files_.push_back(std::make_unique<AtomicFile>(folder_ + "/" + name));
     names_.insert(name);
     return files_.back()->stream();
+  }
+  /// A file for each stretch of time: the stamps of one file rise.
+  template <class Stamped, class Write>
+  void addStretches(const std::string& name, const std::vector<Stamped>& values, Write write) {
+    const auto stretches = stretchesOf(values);
+    for (std::size_t i = 0; i < stretches.size(); ++i) write(add(stretchName(name, i)), stretches[i]);
   }
   void adopt(const char* name, AtomicFile& file) {
     adopted_.push_back(&file);
@@ -58,6 +64,10 @@ class FileSet {
     for (const char* name : kAll) {
       std::error_code ignored;  // what cannot be removed is replaced by nothing
       if (names_.count(name) == 0) std::filesystem::remove(folder_ + "/" + name, ignored);
+      for (std::size_t number = 1;; ++number) {
+        const std::string stretch = stretchName(name, number);
+        if (names_.count(stretch) == 0 && !std::filesystem::remove(folder_ + "/" + stretch, ignored)) break;
+      }
     }
     for (AtomicFile* file : all()) file->commit();
   }
@@ -199,11 +209,12 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   FileSet files(folder_);
   files.adopt(kTemplates, templates_);
   files.adopt(kActions, actions_);
-  writeOdometryCsv(files.add(kOdometry), odometry_);
+  files.addStretches(kOdometry, odometry_, [](auto& out, const auto& part) { writeOdometryCsv(out, part); });
+  const auto write_tum = [](auto& out, const auto& part) { writeTum(out, part); };
   const std::vector<StampedPose3> odometry_poses = posesOf(odometry_);
-  if (!odometry_poses.empty()) writeTum(files.add(kOdometryTrajectory), odometry_poses);
-  writeTum(files.add(kOnlineTrajectory), toPoses3(pipeline.map().onlineTrajectory()));
-  writeTum(files.add(kFinalTrajectory), toPoses3(pipeline.map().finalTrajectory()));
+  if (!odometry_poses.empty()) files.addStretches(kOdometryTrajectory, odometry_poses, write_tum);
+  files.addStretches(kOnlineTrajectory, toPoses3(pipeline.map().onlineTrajectory()), write_tum);
+  files.addStretches(kFinalTrajectory, toPoses3(pipeline.map().finalTrajectory()), write_tum);
   writeMap(files.add(kMap), pipeline.map().graph());
   if (snapshots != nullptr) snapshots->write(files.add(kPoseCells));
   if (cells != nullptr) cells->write(files.add(kAllPoseCells));

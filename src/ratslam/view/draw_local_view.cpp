@@ -30,7 +30,7 @@ constexpr double kFaintest = 1e-6;          // belief at the foot of the picture
 void drawBelief(cv::Mat panel, const LocalViewCells& cells, const ViewEvent& view) {
   const double places = static_cast<double>(std::max<std::size_t>(cells.size(), 1));
   const auto column = [&](std::uint32_t place) {
-    return static_cast<int>(place * (panel.cols - 1) / places);
+    return static_cast<int>(place * static_cast<double>(panel.cols - 1) / places);
   };
   const auto height = [&](double mass) {
     const double share = 1.0 - std::log(std::max(mass, kFaintest)) / std::log(kFaintest);

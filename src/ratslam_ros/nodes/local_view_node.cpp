@@ -36,6 +36,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
   }
   commands_.advertise(handle, topic("LocalView/Command"));
   gate_.emplace(handle, own, outputs_, params_.wait_for_subscribers, [this] { start(); });
+  guard_.publishCounts(handle);
   diagnostics_.addImages(images_.subscriber());
   diagnostics_.add("places", [this](DiagnosticStatus& status) {
     status.summaryf(DiagnosticStatus::OK, "%zu templates", stage_.cells().size());
@@ -104,7 +105,7 @@ void LocalViewNode::watch() {
   odometry_.watchStreams();
   if (!odometry_timeout_.expired(stage_.waitingImages() > 0)) return;
   went_on_without_.report(odometry_.topic() + " is silent: images are processed without odometry");
-  publish(stage_.drainWithoutOdometry());
+  guard_.run(images_.topic(), [this] { publish(stage_.drainWithoutOdometry()); });
 }
 
 void LocalViewNode::publish(const std::vector<ViewObservation>& observations) {

@@ -104,6 +104,26 @@ ratslam_ros::OdometryQuality qualityToMessage(const OdometrySample& sample) {
   return message;
 }
 
+void requireUsable(const ratslam_ros::OdometryQuality& message) {
+  requireFinite("unit_walk_sigma", message.unit_walk_sigma);
+  requireFinite("unit_anchor_sigma", message.unit_anchor_sigma);
+  if (message.has_correction == 0) return;
+  const auto require_pose = [](const char* what, const geometry_msgs::Pose& pose) {
+    for (const double value : {pose.position.x, pose.position.y, pose.position.z, pose.orientation.x,
+                               pose.orientation.y, pose.orientation.z, pose.orientation.w}) {
+      requireFinite(what, value);
+    }
+  };
+  require_pose("correction_motion", message.correction_motion);
+  for (const geometry_msgs::Pose& pose : message.correction_way) require_pose("correction_way", pose);
+  for (const double value : message.correction_covariance) requireFinite("correction_covariance", value);
+  if (message.correction_way.size() != message.correction_way_stamps.size()) {
+    throw std::runtime_error("correction_way has " + std::to_string(message.correction_way.size()) +
+                             " poses and " + std::to_string(message.correction_way_stamps.size()) +
+                             " stamps");
+  }
+}
+
 void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sample) {
   sample.epoch = message.epoch;
   sample.bridged = message.bridged != 0;
@@ -118,8 +138,7 @@ void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sam
   correction.to = stampFromRos(message.correction_to);
   correction.motion = poseFromMessage(message.correction_motion).value_or(Eigen::Isometry3d::Identity());
   correction.covariance = TwistCovariance::Map(message.correction_covariance.data());
-  for (std::size_t i = 0; i < std::min(message.correction_way.size(), message.correction_way_stamps.size());
-       ++i) {
+  for (std::size_t i = 0; i < message.correction_way.size(); ++i) {
     correction.way.push_back(
         {stampFromRos(message.correction_way_stamps[i]),
          poseFromMessage(message.correction_way[i]).value_or(Eigen::Isometry3d::Identity())});

@@ -5,14 +5,15 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "ratslam/common/text_file.h"
+
 namespace ratslam {
 
 void GoalReporter::take(const geometry_msgs::PoseStamped& goal, const std::string& map_frame,
                         ExperienceMap& map, MapPublisher& publisher) {
   if (!goal.header.frame_id.empty() && goal.header.frame_id != map_frame) {
-    ROS_ERROR("goal refused: it is given in frame '%s', not in '%s'", goal.header.frame_id.c_str(),
-              map_frame.c_str());
-    return;
+    throw std::runtime_error("the goal is given in frame '" + shown(goal.header.frame_id) + "', not in '" +
+                             map_frame + "'");
   }
   if (!std::isfinite(goal.pose.position.x) || !std::isfinite(goal.pose.position.y)) {
     throw std::runtime_error("the goal's position is not finite");

@@ -63,9 +63,10 @@ void ImageSubscriber::push(const Waiting& waiting) {
 }
 
 void ImageSubscriber::process(const Waiting& waiting) {
-  traffic_.age_s = (waiting.arrived_ros - waiting.header.stamp).toSec();
-  const std::optional<ImageFrame> frame = stage_.add(decodeNow(waiting.image));
+  // Not by ros::Time's own difference, which throws where stamps lie 68 years apart.
+  traffic_.age_s = waiting.arrived_ros.toSec() - waiting.header.stamp.toSec();
   try {
+    const std::optional<ImageFrame> frame = stage_.add(decodeNow(waiting.image));
     if (frame) handler_(waiting.header, *frame);
   } catch (const std::exception& e) {
     stage_.refused(waiting.image.name, e.what());

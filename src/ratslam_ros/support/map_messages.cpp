@@ -1,11 +1,14 @@
 #include "ratslam_ros/support/map_messages.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "ratslam_ros/support/conversions.h"
 
 namespace ratslam {
 namespace {
+
+constexpr double kLongest = 2147483647.0;  // [s], of a ros::Duration
 
 geometry_msgs::Point pointToMessage(const MapPose& pose) {
   geometry_msgs::Point message;
@@ -65,7 +68,7 @@ ratslam_ros::TopologicalMap mapToMessage(const ExperienceGraph& graph, const std
     edge.id = id;
     edge.source_id = link.from;
     edge.destination_id = link.to;
-    edge.duration = ros::Duration(link.duration_s);
+    edge.duration = ros::Duration(std::clamp(link.duration_s, -kLongest, kLongest));
     edge.transform.translation.x = scale * link.distance * std::cos(link.heading_rad);
     edge.transform.translation.y = scale * link.distance * std::sin(link.heading_rad);
     edge.transform.translation.z = scale * link.rise;

@@ -5,7 +5,8 @@
 
 namespace ratslam {
 
-void MessageGuard::publishCounts(const ros::NodeHandle& handle) {
+void MessageGuard::publishCounts(const ros::NodeHandle& handle, const std::string& part) {
+  part_ = part;
   ros::NodeHandle advertiser(handle);
   diagnostics_ = advertiser.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   timer_ =
@@ -19,7 +20,7 @@ std::size_t MessageGuard::dropped(const std::string& topic) const {
 
 void MessageGuard::publish() {
   diagnostic_msgs::DiagnosticStatus status;
-  status.name = ros::this_node::getName().substr(1) + ": messages";
+  status.name = ros::this_node::getName().substr(1) + ": " + part_;
   status.level =
       dropped_.empty() ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::WARN;
   status.message = dropped_.empty() ? "none dropped" : "some could not be processed";

@@ -1,5 +1,6 @@
 #include "ratslam_ros/support/odometry_subscriber.h"
 
+#include "ratslam/odometry/possible.h"
 #include "ratslam/odometry/uncertainty.h"
 #include "ratslam_ros/support/conversions.h"
 
@@ -20,23 +21,25 @@ OdometrySubscriber::OdometrySubscriber(const ros::NodeHandle& handle, const std:
 
 void OdometrySubscriber::start() {
   watch_.start();
-  quality_subscriber_ = handle_.subscribe<ratslam_ros::OdometryQuality>(
-      watch_.topic() + "_quality", 0,
-      [this](const ratslam_ros::OdometryQualityConstPtr& message) { onQuality(*message); });
-  subscriber_ = handle_.subscribe<nav_msgs::Odometry>(
-      watch_.topic(), 0, [this](const nav_msgs::OdometryConstPtr& message) { onSample(*message); });
+  guard_.publishCounts(handle_, "odometry messages");
+  quality_subscriber_ = guard_.subscribe<ratslam_ros::OdometryQuality>(
+      handle_, watch_.topic() + "_quality", 0,
+      [this](const ratslam_ros::OdometryQuality& message) { onQuality(message); });
+  subscriber_ = guard_.subscribe<nav_msgs::Odometry>(
+      handle_, watch_.topic(), 0, [this](const nav_msgs::Odometry& message) { onSample(message); });
 }
 
 void OdometrySubscriber::watchStreams() {
   watch_.warnIfItNeverCame();
   if (!silence_.expired(!samples_.empty())) return;
   without_quality_.report(watch_.topic() + "_quality is silent: odometry is taken without it");
-  drain(false);
+  guard_.run(watch_.topic(), [this] { drain(false); });
 }
 
 void OdometrySubscriber::onQuality(const ratslam_ros::OdometryQuality& message) {
   with_quality_ = true;
   silence_.messageArrived();
+  requireUsable(message);
   const Stamp stamp = stampFromRos(message.header.stamp);
   qualities_.erase(qualities_.upper_bound(stamp), qualities_.end());  // time has gone back
   qualities_[stamp] = message;
@@ -83,8 +86,8 @@ void OdometrySubscriber::handOn(const OdometrySample& sample) {
   switch (handler_(sample)) {
     case SampleVerdict::kAccepted:
       break;
-    case SampleVerdict::kNotFinite:
-      not_finite_.report(watch_.topic() + ": odometry dropped, it is not finite");
+    case SampleVerdict::kImpossible:
+      impossible_.report(watch_.topic() + ": odometry dropped: " + whyImpossible(sample));
       break;
     case SampleVerdict::kRepeatedStamp:
       repeated_.report(watch_.topic() + ": odometry dropped, it repeats the stamp before it");

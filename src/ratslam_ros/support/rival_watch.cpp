@@ -3,6 +3,7 @@
 #include <ros/console.h>
 #include <ros/master.h>
 #include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
 
@@ -27,10 +28,14 @@ std::vector<std::string> publishersOf(const std::string& topic) {
   const bool wait_for_master = false;
   if (!ros::master::execute("getSystemState", request, response, state, wait_for_master)) return {};
   std::vector<std::string> names;
-  XmlRpc::XmlRpcValue& publishers = state[0];
-  for (int i = 0; i < publishers.size(); ++i) {
-    if (static_cast<std::string>(publishers[i][0]) != topic) continue;
-    for (int j = 0; j < publishers[i][1].size(); ++j) names.push_back(publishers[i][1][j]);
+  try {
+    XmlRpc::XmlRpcValue& publishers = state[0];
+    for (int i = 0; i < publishers.size(); ++i) {
+      if (static_cast<std::string>(publishers[i][0]) != topic) continue;
+      for (int j = 0; j < publishers[i][1].size(); ++j) names.push_back(publishers[i][1][j]);
+    }
+  } catch (const XmlRpc::XmlRpcException&) {  // no answer of a master: ask again later
+    return {};
   }
   return names;
 }

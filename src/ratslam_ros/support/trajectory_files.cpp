@@ -1,6 +1,7 @@
 #include "ratslam_ros/support/trajectory_files.h"
 
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 
 #include "ratslam/common/atomic_file.h"
@@ -32,17 +33,36 @@ TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& f
                                   const std::string& format) {
   TrajectoryFiles files = trajectoryFiles(file, format);
   makeFolderOf(files.online);
-  AtomicFile online(files.online);
-  AtomicFile final(files.final);
-  AtomicFile map_file(files.map);
-  const auto write = [&format](std::ostream& out, const std::vector<StampedPose3>& trajectory) {
-    format == "kitti" ? writeKitti(out, trajectory) : writeTum(out, trajectory);
+  std::vector<std::unique_ptr<AtomicFile>> all;
+  std::vector<std::string> stale;  // of an earlier run whose time went back more often
+  const auto add = [&all](const std::string& path) -> std::ostream& {
+    return all.emplace_back(std::make_unique<AtomicFile>(path))->stream();
   };
-  write(online.stream(), toPoses3(map.onlineTrajectory()));
-  write(final.stream(), toPoses3(map.finalTrajectory()));
-  writeMap(map_file.stream(), map.graph());
-  for (AtomicFile* one : {&online, &final, &map_file}) one->close();  // all are whole before one appears
-  for (AtomicFile* one : {&online, &final, &map_file}) one->commit();
+  // A file of stamps has one stretch of time; one of mere poses all of them. @return the names
+  const auto write = [&](const std::string& path, const std::vector<StampedPose3>& trajectory) {
+    if (format == "kitti") {
+      writeKitti(add(path), trajectory);
+      return path;
+    }
+    std::string names;
+    const auto stretches = stretchesOf(trajectory);
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      const std::string name = stretchName(path, i);
+      writeTum(add(name), stretches[i]);
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    for (std::size_t i = stretches.size(); std::filesystem::exists(stretchName(path, i)); ++i) {
+      stale.push_back(stretchName(path, i));
+    }
+    return names;
+  };
+  files.online = write(files.online, toPoses3(map.onlineTrajectory()));
+  files.final = write(files.final, toPoses3(map.finalTrajectory()));
+  writeMap(add(files.map), map.graph());
+  for (const auto& one : all) one->close();  // all are whole before one appears
+  for (const auto& one : all) one->commit();
+  std::error_code ignored;
+  for (const std::string& path : stale) std::filesystem::remove(path, ignored);
   return files;
 }
 

@@ -97,6 +97,26 @@ TEST_F(DatasetTest, FaultyFoldersAreNamed) {
   EXPECT_NE(complaint([&] { KittiFolder(folder_.string()); }).find("times.txt:2: 'soon'"), std::string::npos);
 }
 
+TEST_F(DatasetTest, MoreTimesThanImagesAreSaid) {
+  writeImages(4);
+  write("times.txt", "0\n1\n2\n3\n");
+  EXPECT_TRUE(KittiFolder(folder_.string()).remarks().empty());
+  std::filesystem::remove(folder_ / "image_0" / "101.png");
+  const auto remarks = KittiFolder(folder_.string()).remarks();
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_NE(remarks[0].find("times.txt: 4 times for 3 images"), std::string::npos) << remarks[0];
+}
+
+TEST_F(DatasetTest, OdometryThatNothingDrivesIsRefusedByLineAndValue) {
+  const auto refused = [this](const std::string& row) {
+    write("odometry.csv", "stamp,linear_x,angular_z\n0,1,0\n" + row + "\n");
+    return complaint([this] { readOdometryCsv(path("odometry.csv")); });
+  };
+  EXPECT_NE(refused("1,1e308,0").find("odometry.csv:3: the speed 1e+308 m/s is beyond what moves"),
+            std::string::npos);
+  EXPECT_NE(refused("1,1,-1e9").find("odometry.csv:3: the yaw rate -1e+09 rad/s"), std::string::npos);
+}
+
 TEST_F(DatasetTest, OdometryFileIsLaidIntoTheImagesByStamp) {
   writeImages(3);
   write("times.txt", "0\n1\n2\n");
@@ -270,6 +290,20 @@ TEST_F(DatasetTest, KittiPosesComeBackToTheLastBit) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(back[i].matrix(), trajectory[i].pose.matrix());
   write("short.txt", "1 0 0 0 0 1 0 0 0 0 1\n");
   EXPECT_NE(complaint([&] { readKittiPoses(path("short.txt")); }).find("short.txt:1"), std::string::npos);
+}
+
+TEST(Stretches, BeginWhereTimeDoesNotRise) {
+  std::vector<StampedPose3> trajectory(6);
+  const Stamp stamps[] = {5, 6, 6, 7, 2, 9};
+  for (std::size_t i = 0; i < 6; ++i) trajectory[i].stamp = stamps[i];
+  const auto stretches = stretchesOf(trajectory);
+  ASSERT_EQ(stretches.size(), 3U);
+  EXPECT_EQ(stretches[0].size(), 2U);
+  EXPECT_EQ(stretches[1].front().stamp, 6);
+  EXPECT_EQ(stretches[2].back().stamp, 9);
+  EXPECT_EQ(stretchesOf(std::vector<StampedPose3>{}).size(), 1U) << "a file is written all the same";
+  EXPECT_EQ(stretchName("run.v1/final.tum", 0), "run.v1/final.tum");
+  EXPECT_EQ(stretchName("run.v1/final.tum", 2), "run.v1/final_3.tum");
 }
 
 TEST(FormatStamp, KeepsEveryNanosecond) {

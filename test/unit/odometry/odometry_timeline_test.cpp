@@ -82,8 +82,11 @@ TEST(OdometryTimeline, BadSamplesChangeNothing) {
   timeline.push(twist(0.0, 0.0, 0.0));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(timeline.push(twist(1.0, nan, 0.0)), SampleVerdict::kNotFinite);
-  EXPECT_EQ(timeline.push(twist(1.0, 0.0, infinity)), SampleVerdict::kNotFinite);
+  EXPECT_EQ(timeline.push(twist(1.0, nan, 0.0)), SampleVerdict::kImpossible);
+  EXPECT_EQ(timeline.push(twist(1.0, 0.0, infinity)), SampleVerdict::kImpossible);
+  EXPECT_EQ(timeline.push(twist(1.0, 1e308, 0.0)),
+            SampleVerdict::kImpossible);  // finite, but not once added up
+  EXPECT_EQ(timeline.push(twist(1.0, 0.0, -1e7)), SampleVerdict::kImpossible);
   EXPECT_EQ(timeline.push(twist(0.0, 1.0, 1.0)), SampleVerdict::kRepeatedStamp);
   EXPECT_EQ(timeline.push(twist(-1.0, 1.0, 1.0)), SampleVerdict::kTimeWentBack);
   timeline.push(twist(2.0, 3.0, 0.0));

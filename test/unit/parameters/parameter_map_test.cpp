@@ -132,6 +132,15 @@ TEST_F(ParameterMapTest, AKeyThatIsGivenTwiceIsNamed) {
   }
 }
 
+TEST_F(ParameterMapTest, ASecondDocumentIsNotPassedOver) {
+  try {
+    ParameterMap::fromYaml(file("a.yaml", "count: 1\n---\ncount: 2\n"));
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("a.yaml: holds 2 documents"), std::string::npos) << error.what();
+  }
+}
+
 TEST_F(ParameterMapTest, WrongTypesAreNamed) {
   for (const std::string bad : {"count=three", "count=1.5", "size=big", "on=perhaps", "size=", "values=1"}) {
     ParameterMap map;

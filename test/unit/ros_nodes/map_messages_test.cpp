@@ -37,6 +37,15 @@ std_msgs::Header mapHeader() {
   return header;
 }
 
+TEST(MapMessage, TakesLinksOverAnyTime) {
+  ExperienceGraph graph = twoPlaces();
+  Link link;
+  link.to = 1;
+  link.duration_s = 4.2e9;  // a clock that was set from 1970 to 2103
+  graph.addLink(link);
+  EXPECT_EQ(mapToMessage(graph, mapHeader()).edge.back().duration, ros::Duration(2147483647.0));
+}
+
 TEST(MapMessage, HoldsPlacesAndWhatLinksMeasured) {
   const ratslam_ros::TopologicalMap message = mapToMessage(twoPlaces(), mapHeader());
   EXPECT_EQ(message.header.stamp, ros::Time(12, 34));

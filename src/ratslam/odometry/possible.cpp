@@ -1,0 +1,51 @@
+#include "ratslam/odometry/possible.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace ratslam {
+namespace {
+
+constexpr double kFastest = 1e6;    // [m/s], and [rad/s]
+constexpr double kFarthest = 1e12;  // [m]
+
+std::string beyond(const char* what, double value, double most, const char* unit) {
+  if (!std::isfinite(value)) return std::string(what) + " is not finite";
+  if (std::abs(value) <= most) return "";
+  std::ostringstream text;
+  text << what << " " << value << " " << unit << " is beyond what moves: at most " << most;
+  return text.str();
+}
+
+std::string beyond(const char* what, const Eigen::Isometry3d& pose) {
+  if (!pose.linear().allFinite()) return std::string(what) + " is not finite";
+  for (const double value : {pose.translation().x(), pose.translation().y(), pose.translation().z()}) {
+    const std::string why = beyond(what, value, kFarthest, "m");
+    if (!why.empty()) return why;
+  }
+  return "";
+}
+
+std::string whyImpossible(const OdometryCorrection& correction) {
+  if (!correction.covariance.allFinite()) return "the covariance of the correction is not finite";
+  for (const StampedMotion& moved : correction.way) {
+    const std::string why = beyond("a position on the way of the correction", moved.motion);
+    if (!why.empty()) return why;
+  }
+  return beyond("the motion of the correction", correction.motion);
+}
+
+}  // namespace
+
+std::string whyImpossible(const OdometrySample& sample) {
+  std::string why = beyond("the speed", sample.speed, kFastest, "m/s");
+  if (why.empty()) why = beyond("the yaw rate", sample.yaw_rate, kFastest, "rad/s");
+  if (why.empty() && sample.pose) why = beyond("the position", *sample.pose);
+  if (why.empty() && sample.correction) why = whyImpossible(*sample.correction);
+  const bool unit = !sample.unit || (std::isfinite(sample.unit->walk_sigma) &&
+                                     std::isfinite(sample.unit->anchor_sigma.value_or(0.0)));
+  if (why.empty() && !unit) why = "the uncertainty of the unit of length is not finite";
+  return why;
+}
+
+}  // namespace ratslam
