@@ -15,6 +15,7 @@ namespace ratslam {
 struct Exposure {
   double gain = 1.0;
   double offset = 0.0;
+  bool other_light = false;  ///< in the evening: contrasts are others, and shade lies to the right
 };
 
 /// Slow drift of some 20%, and every 9 s a jump within +-25% that settles in about a second.

@@ -21,7 +21,8 @@ struct TownOptions {
   std::vector<double> distortion;   ///< k1 k2 p1 p2 k3; empty: none
   int jpeg_quality = 0;             ///< 0: PNG (in the recorder layout: 90)
   bool exposure = false;
-  double noise = 0.0;  ///< standard deviation [grey values]
+  double other_light_after = -1.0;  ///< [s]; negative: never
+  double noise = 0.0;               ///< standard deviation [grey values]
   int moving_cars = 0;
   std::vector<double>
       wheel_noise;         ///< scale error, sigma speed [m/s], sigma yaw rate [rad/s]; empty: no odometry
@@ -47,6 +48,8 @@ struct TownOptions {
     visit("jpeg_quality", jpeg_quality, Bounds{0, 100},
           "write JPEG of this quality; 0: PNG (recorder layout: JPEG 90)");
     visit("exposure", exposure, Bounds{}, "let the exposure drift and jump");
+    visit("other_light_after", other_light_after, Bounds{-1, 1e6},
+          "seconds after which the light is another one: darker, and from the side; -1: never");
     visit("noise", noise, Bounds{0, 100}, "standard deviation of pixel noise [grey values]");
     visit("moving_cars", moving_cars, Bounds{0, 10000},
           "cars under way: oncoming ones, every fourth in front");

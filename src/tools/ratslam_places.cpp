@@ -150,11 +150,14 @@ class Places {
     pair_.descriptor = DescriptorRegistry::builtIn().make(params_).descriptor;
     wakeUp();
   }
-  void wakeUp() { belief_.wakeUp(); }
+  void wakeUp() {
+    belief_.wakeUp();
+    before_ = View{};
+  }
   View describe(const cv::Mat& image) { return pair_.descriptor->describe(image); }
 
   void learn(const View& view) {
-    belief_.move(step());
+    moveOn(view);
     belief_.arrive(pair_.matcher->add(view));
   }
 
@@ -183,14 +186,19 @@ class Places {
     return answer;
   }
 
-  /// The robot moves on without learning.
-  void moveOn() { belief_.move(step()); }
+  /// The robot moves on to a view, without learning it.
+  void moveOn(const View& view) {
+    const double novelty = before_.variants.empty() ? 1.0 : pair_.matcher->novelty(view, before_);
+    belief_.move(step(), novelty);
+    before_ = view;
+  }
   std::size_t size() const { return pair_.matcher->size(); }
 
  private:
   LocalViewParams params_;
   ViewPair pair_;
   PlaceBelief belief_;
+  View before_;
   ViewLikeness likeness_;
 };
 
@@ -213,14 +221,14 @@ void askSecondPass(const Options& options, const LocalViewParams& params, std::o
       views.push_back(view);
       continue;
     }
-    places.moveOn();
+    places.moveOn(view);
     write(out, frame, places.ask(view, places.size()));
   }
   for (std::size_t start = 0; start < options.starts; ++start) {
     const std::size_t first = start * views.size() / options.starts;
     places.wakeUp();
     for (std::size_t frame = first; frame < views.size(); ++frame) {
-      places.moveOn();
+      places.moveOn(views[frame]);
       const Places::Answer answer = places.ask(views[frame], places.size());
       if (!answer.claimed) continue;
       out << first << ',';

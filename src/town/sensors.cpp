@@ -11,6 +11,14 @@ namespace {
 
 constexpr double kGravity = 9.80665;  // [m/s^2]
 
+/// Radiance in the evening. @param across 0 at the left edge of the image, 1 at the right
+float inOtherLight(float radiance, float across) {
+  constexpr float kWhite = 255.0F;
+  constexpr float kGamma = 1.7F;
+  constexpr float kShade = 0.5F;  // what is left of the light at the right edge
+  return kWhite * std::pow(std::max(radiance, 0.0F) / kWhite, kGamma) * (1.0F - (1.0F - kShade) * across);
+}
+
 /// Bearing of the optical axis, clockwise from north seen from above [rad].
 double bearing(const Eigen::Isometry3d& pose) {
   const Eigen::Vector3d forward = pose.linear().col(2);
@@ -44,7 +52,11 @@ cv::Mat expose(const cv::Mat& radiance, const Exposure& exposure, double sigma, 
     const float* const in = radiance.ptr<float>(row);
     std::uint8_t* const out = image.ptr<std::uint8_t>(row);
     for (int column = 0; column < image.cols; ++column) {
-      float value = gain * in[column] + offset;
+      float light = in[column];
+      if (exposure.other_light) {
+        light = inOtherLight(light, static_cast<float>(column) / static_cast<float>(image.cols));
+      }
+      float value = gain * light + offset;
       if (sigma > 0.0) {
         const std::uint64_t pixel =
             static_cast<std::uint64_t>(row) << 32 | static_cast<std::uint64_t>(column);

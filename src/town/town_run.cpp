@@ -31,7 +31,9 @@ TownSummary runTown(const TownOptions& options, TownSink& sink, const TownProgre
     frame.index = static_cast<int>(i);
     frame.stamp = drive.poses[i].stamp;
     frame.T_world_camera = drive.poses[i].T_world_camera;
-    const Exposure exposure = options.exposure ? exposureAt(toSeconds(frame.stamp), seed) : Exposure{};
+    Exposure exposure = options.exposure ? exposureAt(toSeconds(frame.stamp), seed) : Exposure{};
+    exposure.other_light =
+        options.other_light_after >= 0.0 && toSeconds(frame.stamp) >= options.other_light_after;
     frame.image = expose(renderer.renderFloat(frame.T_world_camera, traffic.at(i)), exposure, options.noise,
                          hashOf(seed, 100, i));
     if (!options.wheel_noise.empty()) frame.wheel = sensors.wheel(i);

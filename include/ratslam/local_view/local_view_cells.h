@@ -108,12 +108,14 @@ class LocalViewCells {
   bool isOldView(std::uint32_t id) const;
   Candidate nearest(const View& view);
   Candidate mostBelieved(const View& view);
+  double noveltyOf(const View& view);
   static double turnOf(const View& view, const PlaceClaim& claim, const ViewMatch& match);
 
   LocalViewParams params_;
   bool learning_ = true;
   ViewPair pair_;
   PlaceBelief belief_;
+  View before_;                          // the last that showed something, as far as belief asks for it
   cv::Size image_size_;                  // of all images, empty before the first
   std::optional<std::uint32_t> active_;  // view cell of the present event
   std::optional<RecallGeometry> geometry_;

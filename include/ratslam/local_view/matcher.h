@@ -49,6 +49,9 @@ class ViewMatcher {
   /// All learned views against all variants of a view, or against the one that the matcher has for all.
   virtual void compareAll(const View& view, ViewLikeness& likeness) = 0;
 
+  /// How much of a view the one before it did not tell: 0 for the same view, 1 for another one.
+  virtual double novelty(const View& view, const View& before) const = 0;
+
   /// Pictures that a person can read, of equal size, 8-bit mono: of learned view `id`, and of a view.
   virtual cv::Mat picture(std::uint32_t id) const = 0;
   virtual cv::Mat picture(const View& view) const = 0;

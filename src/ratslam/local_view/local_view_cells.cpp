@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kRecentViews = 10;  // learned too recently for a recall of them to be a closed loop
 
-constexpr std::uint32_t kStateVersion = 2;
+constexpr std::uint32_t kStateVersion = 3;
 
 }  // namespace
 
@@ -63,6 +63,14 @@ double LocalViewCells::turnOf(const View& view, const PlaceClaim& claim, const V
   return std::atan2(sine, cosine);
 }
 
+/// Of a view, against the last one that showed something.
+double LocalViewCells::noveltyOf(const View& view) {
+  if (!view.textured) return 0.0;
+  const double novelty = before_.variants.empty() ? 1.0 : pair_.matcher->novelty(view, before_);
+  before_.variants.assign(1, view.variants.front());
+  return novelty;
+}
+
 LocalViewCells::Candidate LocalViewCells::mostBelieved(const View& view) {
   pair_.matcher->compareAll(view, likeness_);
   const std::optional<PlaceClaim> claim = belief_.weigh(likeness_, belief_.leftBehind(likeness_));
@@ -77,7 +85,7 @@ LocalViewCells::Candidate LocalViewCells::mostBelieved(const View& view) {
 
 ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& image,
                                   const ViewMotion& motion, RecallVerifier* verifier) {
-  if (params_.believes()) belief_.move(motion);
+  if (params_.believes()) belief_.move(motion, noveltyOf(view));
   if (!view.textured) {
     ViewEvent nothing;
     nothing.stamp = stamp;
@@ -126,6 +134,7 @@ void LocalViewCells::save(State& state) const {
   pair_.matcher->save(state);
   pair_.descriptor->save(state.child("descriptor"));
   state.child("belief").write(belief_);
+  state.set("before", before_.variants.empty() ? std::vector<double>() : before_.variants.front().values);
   state.set("image_size", std::array<int, 2>{image_size_.width, image_size_.height});
   state.set("active", active_);
   state.set("geometry", geometry_);
@@ -140,6 +149,9 @@ void LocalViewCells::load(const State& state) {
   pair_.matcher->load(state);
   pair_.descriptor->load(state.child("descriptor"));
   state.child("belief").read(belief_);
+  before_.variants.clear();
+  const auto before = state.get<std::vector<double>>("before");
+  if (!before.empty()) before_.variants.push_back({before, 0.0, 1.0});
   const auto size = state.get<std::array<int, 2>>("image_size");
   image_size_ = cv::Size(size[0], size[1]);
   state.get("active", active_);

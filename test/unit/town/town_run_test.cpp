@@ -55,6 +55,15 @@ std::vector<double> numbersOf(std::string line) {
   return numbers;
 }
 
+TEST(TownRun, TheLightChangesWhenItIsTold) {
+  TownOptions options = smallOptions(4);
+  const MemorySink plain = run(options);
+  options.other_light_after = 0.15;
+  const MemorySink evening = run(options);
+  EXPECT_EQ(cv::norm(plain.frames[1].image, evening.frames[1].image, cv::NORM_INF), 0.0);
+  EXPECT_LT(cv::mean(evening.frames[2].image)[0], 0.8 * cv::mean(plain.frames[2].image)[0]);
+}
+
 TEST(TownRun, DisturbancesAreDeterministicAndChangeOnlyTheImages) {
   TownOptions options = smallOptions(4);
   const MemorySink plain = run(options);

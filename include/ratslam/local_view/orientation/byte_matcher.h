@@ -33,6 +33,7 @@ class ByteMatcher : public ViewMatcher {
   std::optional<ViewMatch> findBest(const View& view) override;
   ViewMatch compareWith(const View& view, std::uint32_t id) override;
   void compareAll(const View& view, ViewLikeness& likeness) override;
+  double novelty(const View& view, const View& before) const override;
   cv::Mat picture(std::uint32_t id) const override;
   cv::Mat picture(const View& view) const override;
   std::size_t memoryBytes() const override;

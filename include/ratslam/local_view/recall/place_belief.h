@@ -6,14 +6,17 @@
 ///      stood still there then may do so now. It hands its belief on along its links by the way driven since
 ///      the last view, which may be 0.4 of itself longer or shorter than then, or more where the odometry says
 ///      so (on a chain with one step a place 0.1 stays, 0.8 goes to the next, 0.1 to the next but one). What
-///      would leave the links, and a thousandth of all else, goes to the place not yet known.
+///      would leave the links, and a two-thousandth of all else, less where the view is the same, goes to the place
+///      not yet known. Places learned just now are no way on: whoever is there is at a place not yet known.
 ///   2. Anywhere. A share of 1e-4 of what is not yet known may be at any learned place: only those that look
 ///      most like the view are followed.
 ///   3. Odometry's veto. Dead reckoning excludes places farther off than 4 standard deviations of what it may
 ///      have drifted since they were last visited: that is what tells identical houses in a row apart. No
 ///      odometry, and one that has started anew, excludes nothing.
-///   4. Weigh. Belief times exp(0.7 z), z being the likeness standardised over all places; a place not yet
-///      known counts as z = 1. How far the view is moved sideways (the lane) is believed in the same way and
+///   4. Weigh. Belief times exp(0.7 n z), z being the likeness standardised over all places; a place not yet
+///      known counts as z = 0.8. n, from 0 to 1, is how much of the view the last one did not tell: of two views
+///      that are alike the second is no further evidence, and a chance likeness of distant places does not
+///      add up while it lasts. How far the view is moved sideways (the lane) is believed in the same way and
 ///      changes slowly; the lane of then is the likeliest at first.
 ///
 /// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief.
@@ -64,8 +67,9 @@ class PlaceBelief {
   /// Belief in one claimed place above which it counts as recalled.
   static constexpr double kClaim = 0.99;
 
-  /// The robot has moved since the last view.
-  void move(const ViewMotion& motion);
+  /// The robot has moved since the last view. @param novelty of the view that is to be weighed next, 0 to 1:
+  /// how much of it the last view did not tell (ViewMatcher::novelty)
+  void move(const ViewMotion& motion, double novelty);
 
   /// Steps 2 to 4. @param candidates places of lower number than this may be where the robot is.
   /// @return the place most believed in; none where all belief is in places not yet known.
@@ -97,6 +101,8 @@ class PlaceBelief {
     fields("at_new", at_new_);
     fields("since_arrival", since_arrival_);
     fields("waking", waking_);
+    fields("candidates", candidates_);
+    fields("novelty", novelty_);
     fields("measured", measured_);
   }
 
@@ -123,6 +129,8 @@ class PlaceBelief {
   bool at_new_ = false;              // which that view was the first of
   double since_arrival_ = 0.0;       // way driven since [m]
   bool waking_ = false;              // no view since wakeUp()
+  std::size_t candidates_ = 0;       // of the last view
+  double novelty_ = 1.0;             // of the view since the last move
   bool measured_ = false;            // the motion, by odometry
   // Buffers.
   std::vector<PlaceMass> added_;

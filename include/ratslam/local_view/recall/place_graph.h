@@ -81,9 +81,9 @@ class PlaceGraph {
   /// Mean length of the links at this place [m]; 0 where it has none.
   double spacing(std::uint32_t place) const;
 
-  /// Length of the way from this place to the next, the mean where there are several; where there is none,
-  /// that from the one before, but not less than `least` [m].
-  double stretch(std::uint32_t place, double least) const;
+  /// Length of the way from this place to the next of a number below `end`, the mean where there are several;
+  /// where there is none, that from the one before, but not less than `least` [m].
+  double stretch(std::uint32_t place, double least, std::size_t end) const;
 
   std::size_t memoryBytes() const;
 

@@ -1,6 +1,7 @@
 #include "ratslam/local_view/block_sad/block_sad_pair.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "ratslam/common/angles.h"
 #include "ratslam/local_view/block_sad/template_matcher.h"
@@ -57,6 +58,16 @@ class BlockSadMatcher : public ViewMatcher {
     likeness.priors.assign(1, 1.0);
     likeness.places = search_.size();
     search_.likeness(templateOf(view), likeness.values);
+  }
+
+  /// As new as it is far from counting as the same place.
+  double novelty(const View& view, const View& before) const override {
+    const std::vector<double> a = templateOf(view).values;
+    const std::vector<double> b = templateOf(before).values;
+    double difference = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) difference += std::abs(a[i] - b[i]);
+    difference /= static_cast<double>(a.size());
+    return difference < params_.match_threshold ? difference / params_.match_threshold : 1.0;
   }
 
   cv::Mat picture(std::uint32_t id) const override { return displayable(search_.bytes(id)); }

@@ -108,6 +108,14 @@ void ByteMatcher::compareAll(const View& view, ViewLikeness& likeness) {
   }
 }
 
+double ByteMatcher::novelty(const View& view, const View& before) const {
+  const ByteVector a = bytesOf(view.variants.at(0).values);
+  const ByteVector b = bytesOf(before.variants.at(0).values);
+  std::int32_t product = 0;
+  for (std::size_t i = 0; i < a.values.size(); ++i) product += a.values[i] * b.values[i];
+  return std::clamp(1.0 - static_cast<double>(static_cast<float>(product) / (a.length * b.length)), 0.0, 1.0);
+}
+
 std::optional<ViewMatch> ByteMatcher::findBest(const View& view) {
   if (size() == 0) return std::nullopt;
   compareAll(view, likeness_);

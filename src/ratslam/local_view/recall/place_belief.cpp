@@ -7,8 +7,8 @@ namespace ratslam {
 namespace {
 
 constexpr double kSharpness = 0.7;      // beta of exp(beta z)
-constexpr double kUnknownZ = 1.0;       // of a place not yet known
-constexpr double kLeave = 0.001;        // share that takes a way not yet known, a view
+constexpr double kUnknownZ = 0.8;       // of a place not yet known
+constexpr double kLeave = 0.0005;       // share that takes a way not yet known, a view
 constexpr double kAnywhere = 1e-4;      // share of the unknown that may be at any known place, a view
 constexpr double kElsewhere = 0.01;     // of waking up at a place not yet known
 constexpr double kLaneChange = 0.02;    // share of the belief in shifts that is forgotten, a view
@@ -64,7 +64,8 @@ PlaceBelief::Spread PlaceBelief::spreadOf(const ViewLikeness& likeness) {
   return {mean, std::sqrt(std::max(squares / count - mean * mean, 1e-12))};
 }
 
-void PlaceBelief::move(const ViewMotion& motion) {
+void PlaceBelief::move(const ViewMotion& motion, double novelty) {
+  novelty_ = novelty;
   measured_ = !motion.assumed;
   here_.heading += motion.rotation;
   here_.x += motion.forward * std::cos(here_.heading);
@@ -79,22 +80,23 @@ void PlaceBelief::move(const ViewMotion& motion) {
   const double sigma = motion.forward_variance ? std::sqrt(*motion.forward_variance) : by_default;
   added_.clear();
   for (const PlaceMass& from : active_) handOn(from, motion.forward, sigma);
-  unknown_ += kLeave * (1.0 - unknown_);
+  unknown_ += kLeave * novelty_ * (1.0 - unknown_);
   collect(graph_.size());
 }
 
 /// Moves what is at one place along its links; what would go beyond their end is at a place not yet known.
 void PlaceBelief::handOn(const PlaceMass& from, double driven, double sigma) {
-  const double mass = (1.0 - kLeave) * from.mass;
+  const double mass = (1.0 - kLeave * novelty_) * from.mass;
   // A place is the stretch of the way from where it was learned to the next: where on it, nobody knows.
   const double least = std::max(std::abs(driven), 1e-9);
-  const double length = graph_.stretch(from.place, least);
+  const double length = graph_.stretch(from.place, least, candidates_);
   const double blur = std::max(kBlur * std::abs(driven), sigma) + 1e-9;
   graph_.around(from.place, std::max(blur - driven, 0.0), std::max(driven + length + blur, 0.0), around_);
   double sum = 0.0;
   for (PlaceAhead& ahead : around_) {
     const double begin = ahead.distance - driven;
-    ahead.distance = shareBetween(begin, begin + graph_.stretch(ahead.place, least), length, blur);
+    const double end = begin + graph_.stretch(ahead.place, least, candidates_);
+    ahead.distance = ahead.place < candidates_ ? shareBetween(begin, end, length, blur) : 0.0;
     sum += ahead.distance;
   }
   const double scale = mass / std::max(sum, 1.0);
@@ -183,6 +185,8 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
   }
   added_ = active_;
   if (candidates < kFewest) candidates = 0;
+  candidates_ = candidates;
+  const double sharpness = kSharpness * novelty_;
   for (PlaceMass& mass : added_) {
     if (mass.place < candidates && !excluded(mass.place)) continue;
     unknown_ += mass.mass;
@@ -204,14 +208,14 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
     double weighed = 0.0;
     for (std::size_t v = 0; v < likeness.variants; ++v) {
       const double z = (static_cast<double>(likeness.row(v)[mass.place]) - spread.mean) / spread.deviation;
-      const double share = mass.mass * variants_[v] * std::exp(kSharpness * z);
+      const double share = mass.mass * variants_[v] * std::exp(sharpness * z);
       of_variants[v] += share;
       weighed += share;
     }
     mass.mass = weighed;
     sum += weighed;
   }
-  unknown_ *= std::exp(kSharpness * kUnknownZ);
+  unknown_ *= std::exp(sharpness * kUnknownZ);
   sum += unknown_;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
     const double believed = (of_variants[v] + unknown_ * variants_[v]) / sum;

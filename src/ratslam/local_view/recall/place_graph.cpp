@@ -99,17 +99,15 @@ double PlaceGraph::spacing(std::uint32_t place) const {
   return count == 0 ? 0.0 : sum / count;
 }
 
-double PlaceGraph::stretch(std::uint32_t place, double least) const {
+double PlaceGraph::stretch(std::uint32_t place, double least, std::size_t end) const {
   double sum = 0.0;
   double behind = 0.0;
   int count = 0;
-  eachNeighbour(place, [&](std::uint32_t, double distance) {
-    if (distance > 0.0) {
-      sum += distance;
-      ++count;
-    } else {
-      behind = std::max(behind, -distance);
-    }
+  eachNeighbour(place, [&](std::uint32_t other, double distance) {
+    behind = std::max(behind, -distance);
+    if (distance <= 0.0 || other >= end) return;
+    sum += distance;
+    ++count;
   });
   return count > 0 ? sum / count : std::max(behind, least);
 }
