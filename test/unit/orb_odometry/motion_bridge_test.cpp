@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "ratslam/common/angles.h"
 #include "ratslam/odometry/orb/map_initialiser.h"
 #include "street_scene.h"
 
@@ -61,10 +62,34 @@ TEST_F(GapBeforeATurn, TurnRatesAtBothEndsFillIt) {
   const double in_gap = 0.5 * (0.0 + kTurn / kFrame) * kGap;
   EXPECT_NEAR(logRotation(motion.motion.rotation).y(), in_gap + kFramesAfter * kTurn, 1e-6);
   // What the seen frames turned is known: all doubt is that of the gap, known at both ends.
-  const double variance = history_.turnDiffusion() * kGap * kGap * kGap / 12.0;
+  const double variance =
+      MotionHistory::turnVariance(Eigen::Vector3d::Zero(), {0.0, kTurn / kFrame, 0.0}, kGap);
   EXPECT_NEAR(motion.covariance(4, 4), variance, 0.01 * variance);
   EXPECT_LT(motion.motion.translation.norm(), kSpeed * (kGap + kFramesAfter * kFrame));
   EXPECT_GT(motion.motion.translation.x(), 1.0) << "it turned right";
+}
+
+TEST_F(GapBeforeATurn, AStraightRoadIsKnownBetterThanATurn) {
+  const auto degrees = [](double before, double after, double duration) {
+    return radiansToDegrees(
+        std::sqrt(MotionHistory::turnVariance({0.0, before, 0.0}, {0.0, after, 0.0}, duration)));
+  };
+  EXPECT_NEAR(degrees(0.0, 0.0, 3.0), 3.0, 1.0);
+  EXPECT_GT(degrees(0.0, 0.4, 3.0), 25.0);
+  EXPECT_EQ(degrees(0.0, 0.4, 3.0), degrees(-0.4, 0.0, 3.0));
+  EXPECT_GT(degrees(0.0, 0.0, 6.0), 2.0 * degrees(0.0, 0.0, 3.0));
+}
+
+TEST_F(GapBeforeATurn, PitchAndRollDoNotGoOnWhereNobodyLooks) {
+  MotionHistory bump(1.0);
+  Vector6 twist = twistOf(0.0);
+  twist(3) = twist(5) = 0.05;
+  for (int i = -20; i <= 0; ++i) bump.add(stampFromSeconds(kFrame * i), twist);
+  history_ = bump;
+  const Eigen::Vector3d turn = logRotation(motionToLast().motion.rotation);
+  EXPECT_NEAR(turn.x(), 0.0, 1e-9);
+  EXPECT_NEAR(turn.z(), 0.0, 1e-9);
+  EXPECT_EQ(logRotation(bump.predict(0.0, 3.0).motion.rotation).norm(), 0.0);
 }
 
 TEST_F(GapBeforeATurn, WayLaidAnewTurnsWhereTheFramesTurned) {

@@ -119,7 +119,8 @@ class MotionBridge {
   Blind blindAround(std::size_t link, const Vector6& before, const Vector6& after) const;
   /// The motion along a link. @param before, after twists at both ends of a stretch of `whole` seconds.
   RigidTransform along(std::size_t link, const Vector6& before, const Vector6& after, double whole) const;
-  Matrix6 covarianceAlong(std::size_t link, const RigidTransform& motion, const MotionHistory& history) const;
+  Matrix6 covarianceAlong(std::size_t link, const RigidTransform& motion, const Vector6& before,
+                          const Vector6& after, bool known_before) const;
   void thinOutFrames();
 
   StampedPoseOfCamera from_;

@@ -55,8 +55,10 @@ class MotionHistory {
   /// Motion from `begin` to `end` seconds after the last measurement, predicted from before alone. Its
   /// covariances add up to that of the whole, though its errors are those of one and the same speed.
   UncertainMotion predict(double begin, double end) const;
-  /// Motion over `duration` seconds between two measured twists.
-  UncertainMotion between(const Vector6& before, const Vector6& after, double duration) const;
+  /// Variance [rad^2] of the turn over `duration` seconds that nobody measured, between two turn rates [rad/s]
+  /// whose mean is taken for it. On a straight road little turns; who turns goes on turning for seconds, and
+  /// nobody knows how many.
+  static double turnVariance(const Eigen::Vector3d& before, const Eigen::Vector3d& after, double duration);
   /// Covariance of a motion along `way` whose length and turn about the vertical have these variances.
   static Matrix6 spread(const Eigen::Vector3d& way, double speed_variance, double turn_variance);
 

@@ -87,8 +87,11 @@ MotionBridge::Blind MotionBridge::blindAround(std::size_t link, const Vector6& b
   Blind blind;
   blind.begin = lasts(links_[first].begin);
   blind.end = lasts(links_[last].end);
-  blind.rate_before = first > 0 ? rate(links_[first - 1]) : Eigen::Vector3d(before.tail<3>());
-  blind.rate_after = last + 1 < links_.size() ? rate(links_[last + 1]) : Eigen::Vector3d(after.tail<3>());
+  // Only turns go on: a vehicle's pitch and roll come back.
+  const auto turning = [](const Eigen::Vector3d& whole) { return Eigen::Vector3d(0.0, whole.y(), 0.0); };
+  blind.rate_before = turning(first > 0 ? rate(links_[first - 1]) : Eigen::Vector3d(before.tail<3>()));
+  blind.rate_after =
+      turning(last + 1 < links_.size() ? rate(links_[last + 1]) : Eigen::Vector3d(after.tail<3>()));
   return blind;
 }
 
@@ -111,17 +114,15 @@ RigidTransform MotionBridge::along(std::size_t link, const Vector6& before, cons
   return expTransform(twist * duration);
 }
 
-Matrix6 MotionBridge::covarianceAlong(std::size_t link, const RigidTransform& motion,
-                                      const MotionHistory& history) const {
+Matrix6 MotionBridge::covarianceAlong(std::size_t link, const RigidTransform& motion, const Vector6& before,
+                                      const Vector6& after, bool known_before) const {
   const Link& here = links_[link];
   const double duration = secondsBetween(here.begin, here.end);
   if (!here.seen) {
-    const Vector6 any = Vector6::Zero();
-    const Blind blind = blindAround(link, any, any);
+    const Blind blind = blindAround(link, before, after);
     const double run = blind.end - blind.begin;
-    // The share of this link in the variance of a random walk that is known at both ends.
-    double variance = history.turnDiffusion() * run * run * duration / 12.0;
-    if (history.empty() && blind.begin <= 0.0) variance *= kOneEnd;
+    double variance = MotionHistory::turnVariance(blind.rate_before, blind.rate_after, run) * duration / run;
+    if (!known_before && blind.begin <= 0.0) variance *= kOneEnd;
     return MotionHistory::spread(motion.translation, 0.0, variance);
   }
   if (duration <= kFarApart) {
@@ -150,7 +151,7 @@ UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& f
   std::size_t count = 0;
   for (; count < links_.size() && links_[count].end <= frame.stamp; ++count) {
     const RigidTransform link = along(count, before, after, whole);
-    motion = compose(motion, {link, covarianceAlong(count, link, history)});
+    motion = compose(motion, {link, covarianceAlong(count, link, before, after, !history.empty())});
   }
   // The speed errs all along the way in the same direction.
   double variance = history.speedDiffusion() * std::pow(whole, 3) / 12.0;

@@ -15,6 +15,12 @@ constexpr double kPriorWeight = 3.0;  // [s]
 constexpr double kPriorSpeed = 0.15;  // change of the speed within a second, of the speed
 // Change of the turn rate within a second [rad/s]: a straight road says nothing of the turn that comes next.
 constexpr double kLeastTurn = 0.2;
+// The same between two turn rates that are known, for the road's curves; and how long a turn lasts [s]. Drives
+// along the roads of KITTI 00 and 02 have 3 degrees in 3 s on the straight, and half the turn that one of the
+// two rates alone would make where there is one.
+constexpr double kCurves = 0.035;
+constexpr double kTurnLasts = 6.0;
+constexpr double kMostOfATurn = 0.5;
 constexpr double kUnknownTurn = 0.2;  // [rad/s]
 constexpr double kTilting = 0.1;  // variance of pitch and roll, of that of yaw: vehicles turn about one axis
 constexpr double kSideways = 0.05;  // of the way: how far from its direction a camera strays
@@ -92,13 +98,18 @@ UncertainMotion MotionHistory::predict(double begin, double end) const {
     return along(Vector6::Zero(), end - begin, square * unknown_speed_ * unknown_speed_,
                  square * kUnknownTurn * kUnknownTurn);
   }
+  Vector6 goes_on = twist();
+  goes_on(3) = goes_on(5) = 0.0;  // a vehicle's pitch and roll come back
   const double grown = (std::pow(end, 3) - std::pow(begin, 3)) / 3.0;
-  return along(twist(), end - begin, speedDiffusion() * grown, turnDiffusion() * grown);
+  return along(goes_on, end - begin, speedDiffusion() * grown, turnDiffusion() * grown);
 }
 
-UncertainMotion MotionHistory::between(const Vector6& before, const Vector6& after, double duration) const {
-  const double bridge = std::pow(duration, 3) / 12.0;  // of a random walk that is known at both ends
-  return along(0.5 * (before + after), duration, speedDiffusion() * bridge, turnDiffusion() * bridge);
+double MotionHistory::turnVariance(const Eigen::Vector3d& before, const Eigen::Vector3d& after,
+                                   double duration) {
+  const double curves = kCurves * kCurves * std::pow(duration, 3) / 12.0;  // a random walk known at both ends
+  const double rate = std::max(before.norm(), after.norm());
+  const double turn = std::min(kMostOfATurn, duration / kTurnLasts) * rate * duration;
+  return curves + turn * turn;
 }
 
 }  // namespace ratslam
