@@ -8,6 +8,7 @@
 #include "ratslam_ros/support/camera_mount.h"
 #include "ratslam_ros/support/node_diagnostics.h"
 #include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/odometry_checkpoints.h"
 #include "ratslam_ros/support/odometry_publisher.h"
 #include "ratslam_ros/support/orb_display.h"
 #include "ratslam_ros/support/start_gate.h"
@@ -20,15 +21,22 @@ class OrbOdometryNode {
   /// @throws std::invalid_argument for bad parameters
   OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
+  /// Writes where it is; to be called when the node ends.
+  void finish();
+
  private:
+  void onCamera(const CameraModel& camera);
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);
 
   NodeParams params_;
   OrbOdometryParams odometry_params_;
-  std::optional<OrbSource> source_;  ///< once the camera is known
+  ImageStageParams image_params_;
+  std::map<std::string, std::string> part_parameters_;  ///< of a checkpoint
+  std::optional<OrbSource> source_;                     ///< once the camera is known
   OdometryPublisher publisher_;
   OrbDisplay display_;
   CalibratedImages images_;
+  std::optional<OdometryCheckpoints> checkpoints_;  ///< of source_
   NodeDiagnostics diagnostics_;
   CountedWarning restarted_;
   std::optional<StartGate> gate_;

@@ -8,11 +8,12 @@ OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& par
                                  const ros::NodeHandle& own)
     : params_(readParams<NodeParams>(parameters)),
       odometry_params_(readParams<OrbOdometryParams>(parameters)),
+      image_params_(readParams<ImageStageParams>(parameters)),
+      part_parameters_(partParameters<OrbOdometryParams>(parameters)),
       publisher_(handle, params_),
       display_(params_, own),
       images_(
-          handle, parameters,
-          [this](const CameraModel& camera) { source_.emplace(camera, odometry_params_); },
+          handle, parameters, [this](const CameraModel& camera) { onCamera(camera); },
           [this](const std_msgs::Header& header, const ImageFrame& frame) { onImage(header, frame); }),
       diagnostics_(handle, own) {
   mount_.emplace(handle, params_.base_frame, odometry_params_, [this, handle, own] {
@@ -29,9 +30,19 @@ OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& par
   });
 }
 
+void OrbOdometryNode::onCamera(const CameraModel& camera) {
+  source_.emplace(camera, odometry_params_);
+  checkpoints_.emplace(params_, image_params_, part_parameters_, *source_, publisher_, images_.subscriber());
+  checkpoints_->resume();
+}
+
+void OrbOdometryNode::finish() {
+  if (checkpoints_) checkpoints_->finish();
+}
+
 void OrbOdometryNode::onImage(const std_msgs::Header& header, const ImageFrame& frame) {
   const ros::WallTime begin = ros::WallTime::now();
-  const OdometrySample sample = source_->track(frame);
+  const OdometrySample sample = source_->track(checkpoints_->before(frame));
   const OrbResult& result = *source_->result();
   if (result.restarted) restarted_.report("tracking was lost: a fresh map carries pose and scale on");
   publisher_.publish(sample, result.twist);

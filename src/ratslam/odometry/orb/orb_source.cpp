@@ -1,5 +1,8 @@
 #include "ratslam/odometry/orb/orb_source.h"
 
+#include <stdexcept>
+#include <vector>
+
 #include "ratslam/common/state.h"
 
 namespace ratslam {
@@ -11,6 +14,18 @@ cv::Mat eightBits(const cv::Mat& image) {
   cv::Mat converted;
   image.convertTo(converted, CV_8U, 255.0 / 65535.0);
   return converted;
+}
+
+std::vector<double> calibrationOf(const CameraModel& camera) {
+  std::vector<double> numbers{static_cast<double>(camera.width),
+                              static_cast<double>(camera.height),
+                              camera.fx,
+                              camera.fy,
+                              camera.cx,
+                              camera.cy,
+                              static_cast<double>(camera.model)};
+  numbers.insert(numbers.end(), camera.coefficients.begin(), camera.coefficients.end());
+  return numbers;
 }
 
 }  // namespace
@@ -35,6 +50,7 @@ std::optional<std::string> OrbSource::failure() const {
 }
 
 void OrbSource::save(State& state) const {
+  state.set("camera", calibrationOf(camera_));
   state.set("frames", static_cast<std::uint64_t>(frames_));
   state.set("tracked", static_cast<std::uint64_t>(tracked_));
   state.set("result", result_);
@@ -42,6 +58,8 @@ void OrbSource::save(State& state) const {
 }
 
 void OrbSource::load(const State& state) {
+  if (state.get<std::vector<double>>("camera") != calibrationOf(camera_))
+    throw std::runtime_error("state " + state.path() + "/camera: it was saved with another calibration");
   OrbOdometry loaded(camera_, params_);
   loaded.load(state.child("odometry"));
   state.get("result", result_);
