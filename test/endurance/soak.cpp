@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   const std::uint32_t views_of_loop = kLoopFrames / kFramesPerView;
   double worst_ms = 0.0;
   double sum_ms = 0.0;
-  std::cout << "frames,experiences,links,memory_mb,mean_ms,worst_ms\n";
+  std::cout << "frames,experiences,links,graph_nodes,memory_mb,mean_ms,worst_ms\n";
   for (std::size_t frame = 0; frame < frames; ++frame) {
     const bool loop = onLoop(frame, frames);
     OdometrySample sample;
@@ -77,8 +77,8 @@ int main(int argc, char** argv) {
     if ((frame + 1) % window == 0) {
       const ExperienceGraph& graph = map.map().graph();
       std::cout << frame + 1 << ',' << graph.experiences().size() << ',' << graph.links().size() << ','
-                << residentMegabytes() << ',' << sum_ms / static_cast<double>(window) << ',' << worst_ms
-                << std::endl;
+                << map.map().frames() << ',' << residentMegabytes() << ','
+                << sum_ms / static_cast<double>(window) << ',' << worst_ms << std::endl;
       worst_ms = sum_ms = 0.0;
     }
   }

@@ -73,6 +73,9 @@ class ExperienceMap {
 
   const ExperienceGraph& graph() const { return graph_; }
 
+  /// Frames that the solver keeps: one an experience, and with exp_solver graph those of recalls.
+  std::size_t frames() const { return solver_->frames(); }
+
   /// Experience where the robot is, none before the first.
   std::optional<std::uint32_t> currentExperience() const { return current_; }
 

@@ -25,6 +25,7 @@ struct ExperienceMapParams {
   double exp_odometry_sigma = 0.03;
   double exp_rotation_sigma = 0.001;
   double exp_scale_sigma = 0.003;
+  int exp_trajectory_poses = 100'000;
   double exp_goal_radius = 5.0;
   double exp_goal_timeout = 600.0;
 
@@ -55,6 +56,8 @@ struct ExperienceMapParams {
     visit("exp_scale_sigma", exp_scale_sigma, Bounds{1e-9, 10.0},
           "graph: change of the odometry's log-scale over a stretch of one exp_recall_sigma, where it does "
           "not say itself");
+    visit("exp_trajectory_poses", exp_trajectory_poses, Bounds{0, 1'000'000'000},
+          "poses that are kept of the robot's path; a longer one is thinned, its shape kept; 0: all");
     visit("exp_goal_radius", exp_goal_radius, Bounds{0.0, 1e9},
           "greatest distance of a goal from the nearest experience [m]");
     visit("exp_goal_timeout", exp_goal_timeout, Bounds{0.0, 1e9}, "time allowed for reaching a goal [s]");

@@ -2,6 +2,11 @@
 ///
 /// Each sample is tied to a frame of the map (an experience, or the place of a recall) by the pose relative
 /// to it; when the map moves the frame, the path moves along.
+///
+/// A path of more poses than there may be is thinned: one is left out where the path between its neighbours tells
+/// it, moving evenly, as well as the tolerance asks, which starts at a millimetre (and a milliradian) and doubles
+/// as long as there are too many. So a robot that stands still costs nothing, and one that drives for months
+/// keeps the shape of all its way. The newest quarter is kept as it is.
 #pragma once
 
 #include <cstdint>
@@ -28,6 +33,9 @@ class Trajectory {
       fields("tilt", tilt);
     }
   };
+
+  /// @param most  poses that are kept; 0: all
+  explicit Trajectory(std::size_t most = 0) : most_(most) {}
 
   /// Appends a sample. One with the stamp of the newest takes its place: it is what was known at the end of
   /// that stamp.
@@ -74,9 +82,15 @@ class Trajectory {
   void stateFields(Fields&& fields) {
     fields("samples", samples_);
     fields("online", online_);
+    fields("tolerance", tolerance_);
   }
 
  private:
+  void thin();
+  bool toldBy(std::size_t a, std::size_t b) const;
+
+  std::size_t most_;
+  double tolerance_ = 0.0;  ///< of what was left out so far [m, rad]
   std::vector<Sample> samples_;
   std::vector<StampedPose> online_;
 };

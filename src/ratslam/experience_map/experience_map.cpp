@@ -30,6 +30,31 @@ bool finite(const RecallGeometry& g) {
          g.sigma_direction > 0.0;
 }
 
+/// A step in the unit of the robot's frame, from which that of the odometry now may differ.
+OdometryStep inUnitOf(OdometryStep step, double log_unit) {
+  if (log_unit == 0.0) return step;
+  const double unit = std::exp(log_unit);
+  step.forward *= unit;
+  step.left *= unit;
+  step.up *= unit;
+  if (step.covariance) {
+    const Eigen::Vector4d units(unit, unit, unit, 1.0);
+    step.covariance = units.asDiagonal() * *step.covariance * units.asDiagonal();
+  }
+  return step;
+}
+
+/// Whether the path comes, after a sample, to frames that were there before it: the robot has been recalled on
+/// known ground, which tells where it is, and not what was driven before.
+bool comesToOldFrame(const std::vector<Trajectory::Sample>& samples, std::size_t first) {
+  std::uint32_t newest = 0;
+  for (std::size_t k = 0; k <= first; ++k) newest = std::max(newest, samples[k].frame);
+  for (std::size_t k = first + 1; k < samples.size(); ++k) {
+    if (samples[k].frame != samples[k - 1].frame && samples[k].frame <= newest) return true;
+  }
+  return false;
+}
+
 /// A motion of base_link in the level axes of the map, given base_link's tilt where it begins.
 RelativePose levelled(const Eigen::Isometry3d& motion, const Eigen::Quaterniond& tilt, bool with_height) {
   const Eigen::Isometry3d level = Eigen::Isometry3d(tilt) * motion;
@@ -86,6 +111,7 @@ class CourseOfWay {
 ExperienceMap::ExperienceMap(const ExperienceMapParams& params)
     : params_(validated(params)),
       solver_(makeSolver(params_)),
+      trajectory_(static_cast<std::size_t>(params_.exp_trajectory_poses)),
       planner_(params_.exp_goal_radius, params_.exp_goal_timeout) {
   origin_.yaw = wrapAngle(degreesToRadians(params_.exp_initial_em_deg));
 }
@@ -107,7 +133,7 @@ void ExperienceMap::integrate(Stamp end, const OdometryStep& step) {
       !std::isfinite(step.up)) {
     throw std::invalid_argument("odometry: motion up to stamp " + std::to_string(end) + " ns is not finite");
   }
-  OdometryStep carried = step;
+  OdometryStep carried = inUnitOf(step, robot_.standing.log_unit);
   if (!params_.exp_height) carried.up = 0.0;
   // What was predicted is a link of its own, so that it can be mended apart from what was measured.
   if (step.bridged) {
@@ -130,7 +156,8 @@ void ExperienceMap::correct(const OdometryCorrection& correction) {
   const std::optional<std::size_t> first = trajectory_.indexAt(correction.from);
   const std::optional<std::size_t> last = trajectory_.indexAt(correction.to);
   if (!solver_->corrects() || robot_.lost || !first || !last || *last <= *first ||
-      trajectory_.samples()[*first].stamp != correction.from) {
+      trajectory_.samples()[*first].stamp != correction.from ||
+      comesToOldFrame(trajectory_.samples(), *first)) {
     return;
   }
   const Trajectory::Sample before = trajectory_.samples()[*first];

@@ -1,6 +1,24 @@
 #include "ratslam/experience_map/trajectory.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace ratslam {
+namespace {
+
+constexpr double kFirstTolerance = 1e-3;
+
+/// How far a pose is from where one that moves evenly from `a` to `b` would be at its stamp [m, rad].
+double deviation(const StampedPose& pose, const StampedPose& a, const StampedPose& b) {
+  const double share = secondsBetween(a.stamp, pose.stamp) / secondsBetween(a.stamp, b.stamp);
+  const auto off = [share](double at, double from, double to) { return at - (from + share * (to - from)); };
+  const double yaw = wrapAngle(pose.pose.yaw - (a.pose.yaw + share * wrapAngle(b.pose.yaw - a.pose.yaw)));
+  return std::max({std::abs(off(pose.pose.x, a.pose.x, b.pose.x)),
+                   std::abs(off(pose.pose.y, a.pose.y, b.pose.y)),
+                   std::abs(off(pose.pose.z, a.pose.z, b.pose.z)), std::abs(yaw)});
+}
+
+}  // namespace
 
 void Trajectory::record(Stamp stamp, std::uint32_t frame, const RelativePose& relative, const MapPose& online,
                         const Eigen::Quaterniond& tilt) {
@@ -11,6 +29,35 @@ void Trajectory::record(Stamp stamp, std::uint32_t frame, const RelativePose& re
   }
   samples_.push_back({stamp, frame, relative, tilt});
   online_.push_back({stamp, online, tilt});
+  if (most_ > 0 && samples_.size() > most_) thin();
+}
+
+/// Whether the path from sample `a` to `b` tells what lies between them; three of those are looked at.
+bool Trajectory::toldBy(std::size_t a, std::size_t b) const {
+  if (online_[b].stamp <= online_[a].stamp) return false;
+  for (std::size_t quarter = 1; quarter <= 3; ++quarter) {
+    const std::size_t k = a + std::max<std::size_t>((b - a) * quarter / 4, 1);
+    if (k < b && !(deviation(online_[k], online_[a], online_[b]) <= tolerance_)) return false;
+  }
+  return true;
+}
+
+/// One pass with a tolerance; where that is not enough, the next sample brings the next one.
+void Trajectory::thin() {
+  tolerance_ = tolerance_ > 0.0 ? tolerance_ : kFirstTolerance;
+  const std::size_t end = samples_.size() - samples_.size() / 4;
+  std::size_t kept = 0;  // all up to here are in their places
+  std::size_t last = 0;  // kept, by its old number: samples after `kept` are still where they were
+  for (std::size_t k = 1; k < samples_.size(); ++k) {
+    if (k < end && toldBy(last, k + 1)) continue;
+    ++kept;
+    last = k;
+    samples_[kept] = samples_[k];
+    online_[kept] = online_[k];
+  }
+  samples_.resize(kept + 1);
+  online_.resize(kept + 1);
+  if (samples_.size() > most_ - most_ / 4) tolerance_ *= 2.0;
 }
 
 std::optional<std::size_t> Trajectory::indexAt(Stamp stamp) const {

@@ -12,22 +12,25 @@
 
 #include "ratslam/events.h"
 #include "ratslam/experience_map/experience_graph.h"
+#include "ratslam/experience_map/solver/standing.h"
 
 namespace ratslam {
 
 class State;
 
-/// Where the robot is: its motion since the frame it was last placed in.
+/// Where the robot is: its motion since it was last placed in a frame, or beside one.
 struct RobotPlace {
   std::uint32_t frame = 0;
-  Motion motion;
+  Motion motion;      ///< its pose is in the frame, its errors are those since the robot was placed
   bool lost = false;  ///< how it got from there to where it is was not measured
+  Standing standing{};
 
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("frame", frame);
     fields("motion", motion);
     fields("lost", lost);
+    fields("standing", standing);
   }
 };
 
@@ -54,6 +57,9 @@ class MapSolver {
 
   /// Frame of an experience.
   virtual std::uint32_t frameOf(std::uint32_t experience) const = 0;
+
+  /// How many frames there are.
+  virtual std::size_t frames() const = 0;
 
   /// The newest experience of the graph was created where the robot is; the first one where the map starts.
   /// @param geometry where a template was recalled there, else null. @return the robot's place from now on.

@@ -52,6 +52,9 @@ class PoseGraphSolver {
   /// iteration has come to its end. Parts of a pose that are no unknowns are exact.
   std::optional<std::pair<std::uint32_t, NodeCovariance>> newestCovariance() const;
 
+  /// Covariance of any node that took part in it; none likewise.
+  std::optional<NodeCovariance> covarianceOf(std::uint32_t node) const;
+
   /// Size of the last step taken [m]: how far from settled the graph was.
   double lastStep() const;
 

@@ -27,6 +27,7 @@ class Relaxation : public MapSolver {
 
   MapPose framePose(const ExperienceGraph& graph, std::uint32_t frame) const override;
   std::uint32_t frameOf(std::uint32_t experience) const override { return experience; }
+  std::size_t frames() const override { return facings_.size(); }
   RobotPlace create(const ExperienceGraph& graph, const RobotPlace& robot,
                     const RecallGeometry* geometry) override;
   RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,

@@ -55,6 +55,18 @@ constexpr double kCorrectionDoubt = 2.0;
 
 double square(double value) { return value * value; }
 
+/// A node that the robot has stood beside, as it is saved.
+struct KnownNode {
+  std::uint32_t node = 0;
+  NodeCovariance covariance = NodeCovariance::Zero();
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("node", node);
+    fields("covariance", covariance);
+  }
+};
+
 }  // namespace
 
 PoseGraphMap::PoseGraphMap(const ExperienceMapParams& params)
@@ -74,6 +86,8 @@ RobotPlace PoseGraphMap::create(const ExperienceGraph& graph, const RobotPlace& 
   const std::uint32_t node =
       nodes_.empty() ? pose_graph_.addNode(graph.experiences().back().pose) : extendChain(robot);
   nodes_.push_back(node);
+  recalls_.push_back(0);
+  beside_.reset();
   TemplateOffset offset;
   if (geometry == nullptr) {
     offset.displacement = Eigen::Vector2d::Zero();
@@ -91,6 +105,10 @@ RobotPlace PoseGraphMap::create(const ExperienceGraph& graph, const RobotPlace& 
 RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience, const RobotPlace& robot,
                                 double relative_rad, const RecallGeometry* geometry) {
   Constraint constraint = recallConstraint(experience, relative_rad, geometry);
+  if (strayed(experience, constraint, robot)) return robot;
+  if (onKnownGround(experience, constraint, robot)) return pass(constraint, robot);
+  ++recalls_[experience];
+  beside_.reset();
   constraint.to = extendChain(robot);
   pose_graph_.addConstraint(constraint);
   recalled_ = true;
@@ -105,9 +123,11 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
 }
 
 RobotPlace PoseGraphMap::anchor(const ExperienceGraph&, const RobotPlace& robot) {
-  const RelativePose& moved = robot.motion.pose;
-  const bool still = moved.x == 0.0 && moved.y == 0.0 && moved.z == 0.0 && moved.yaw == 0.0;
+  const RelativePose& pose = robot.motion.pose;
+  const RelativePose& at = robot.standing.at;
+  const bool still = pose.x == at.x && pose.y == at.y && pose.z == at.z && pose.yaw == at.yaw;
   if (nodes_.empty() || robot.lost || still) return robot;
+  beside_.reset();
   return {extendChain(robot), Motion{}};
 }
 
@@ -187,6 +207,10 @@ NodeCovariance PoseGraphMap::carried(const Constraint& constraint, const NodeCov
 }
 
 void PoseGraphMap::takeCovariance() {
+  if (beside_) {
+    if (const auto known = solver_.covarianceOf(*beside_)) newest_covariance_ = ground_[*beside_] = *known;
+    return;
+  }
   const auto known = solver_.newestCovariance();
   if (!known) return;
   newest_covariance_ = known->second;
@@ -198,6 +222,17 @@ void PoseGraphMap::takeCovariance() {
 }
 
 Constraint PoseGraphMap::chainConstraint(const RobotPlace& robot) const {
+  Constraint chain = drivenConstraint(robot);
+  const Standing& standing = robot.standing;
+  if (!standing.beside || robot.lost) return chain;
+  const NodeCovariance spread = spreadBeside(robot, chain);
+  setWeights(chain, spread.topLeftCorner<2, 2>(), spread(4, 4), spread(2, 2));
+  chain.scale_weight = 1.0 / std::sqrt(1.0 / square(chain.scale_weight) + standing.covariance(3, 3) +
+                                       square(standing.log_unit));
+  return chain;
+}
+
+Constraint PoseGraphMap::drivenConstraint(const RobotPlace& robot) const {
   const MotionError& error = robot.motion.error;
   Constraint chain;
   chain.from = robot.frame;
@@ -276,6 +311,7 @@ Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relat
 }
 
 void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) {
+  if (solver_.settled(pose_graph_) && evidence_.tell(pose_graph_)) recalled_ = true;
   if (recalled_) resume(graph);
   recalled_ = false;
 }
@@ -290,7 +326,7 @@ void PoseGraphMap::resume(ExperienceGraph& graph) {
 void PoseGraphMap::settle(ExperienceGraph& graph) {
   do {
     while (!solver_.complete(pose_graph_)) work(graph, std::numeric_limits<std::int64_t>::max());
-  } while (learnSpread());
+  } while (learnSpread() || evidence_.tell(pose_graph_));
 }
 
 bool PoseGraphMap::learnSpread() {
@@ -307,6 +343,13 @@ void PoseGraphMap::save(State& state) const {
   solver_.save(state.child("solver"));
   state.set("nodes", nodes_);
   state.set("offsets", offsets_);
+  state.set("recalls", recalls_);
+  evidence_.save(state.child("evidence"));
+  std::vector<KnownNode> ground;
+  for (const auto& [node, covariance] : ground_) ground.push_back({node, covariance});
+  state.set("ground", ground);
+  state.set("beside", beside_);
+  state.set("strays", strays_);
   state.set("spread", spread_);
   state.set("newest_covariance", newest_covariance_);
   state.set("recalled", recalled_);
@@ -318,12 +361,21 @@ void PoseGraphMap::load(const State& state) {
   solver_.load(state.child("solver"), pose_graph_);
   state.get("nodes", nodes_);
   state.get("offsets", offsets_);
+  state.get("recalls", recalls_);
+  evidence_.load(state.child("evidence"), pose_graph_);
+  ground_.clear();
+  for (const KnownNode& known : state.get<std::vector<KnownNode>>("ground")) {
+    ground_[known.node] = known.covariance;
+  }
+  state.get("beside", beside_);
+  state.get("strays", strays_);
   state.get("spread", spread_);
   state.get("newest_covariance", newest_covariance_);
   state.get("recalled", recalled_);
   state.get("disagreement", disagreement_);
   const std::size_t frames = pose_graph_.nodes().size();
-  if (offsets_.size() != nodes_.size() ||
+  if (offsets_.size() != nodes_.size() || recalls_.size() != nodes_.size() ||
+      beside_.value_or(0) >= std::max<std::size_t>(frames, 1) ||
       std::any_of(nodes_.begin(), nodes_.end(), [frames](std::uint32_t node) { return node >= frames; })) {
     throw std::runtime_error("state " + state.path() + "/nodes: they do not fit the pose graph");
   }

@@ -32,7 +32,8 @@ class PoseGraphSolver::Iteration {
   virtual bool advance(PoseGraph& graph, std::int64_t work) = 0;
   virtual void abandon() = 0;
   virtual double lastStep() const = 0;
-  virtual std::optional<std::pair<std::uint32_t, NodeCovariance>> newestCovariance() const = 0;
+  virtual std::uint32_t newest() const = 0;
+  virtual std::optional<NodeCovariance> covarianceOf(std::uint32_t node) const = 0;
   virtual void save(State& state) const = 0;
   virtual void load(const State& state, const PoseGraph& graph) = 0;
 };
@@ -56,9 +57,12 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
 
   double lastStep() const override { return last_step_; }
 
-  std::optional<std::pair<std::uint32_t, NodeCovariance>> newestCovariance() const override {
-    if (!at_optimum_ || nodes_ < 2) return std::nullopt;
-    const Block block = cholesky_.inverseAt(structure_.position[nodes_ - 2]);
+  std::uint32_t newest() const override { return nodes_ - 1; }
+
+  std::optional<NodeCovariance> covarianceOf(std::uint32_t node) const override {
+    if (!at_optimum_ || node >= nodes_ || nodes_ < 2) return std::nullopt;
+    if (node == 0) return NodeCovariance::Zero();
+    const Block block = cholesky_.inverseAt(structure_.position[node - 1]);
     NodeCovariance covariance = NodeCovariance::Zero();
     for (int column = 0; column < Size; ++column) {
       for (int row = 0; row < Size; ++row) {
@@ -66,7 +70,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
                    components_[static_cast<std::size_t>(column)]) = block(row, column);
       }
     }
-    return std::make_pair(nodes_ - 1, covariance);
+    return covariance;
   }
 
   bool advance(PoseGraph& graph, std::int64_t work) override {
@@ -346,7 +350,13 @@ bool PoseGraphSolver::complete(const PoseGraph& graph) const { return iteration_
 void PoseGraphSolver::abandon() { iteration_->abandon(); }
 
 std::optional<std::pair<std::uint32_t, NodeCovariance>> PoseGraphSolver::newestCovariance() const {
-  return iteration_->newestCovariance();
+  const std::optional<NodeCovariance> known = iteration_->covarianceOf(iteration_->newest());
+  if (!known) return std::nullopt;
+  return std::make_pair(iteration_->newest(), *known);
+}
+
+std::optional<NodeCovariance> PoseGraphSolver::covarianceOf(std::uint32_t node) const {
+  return iteration_->covarianceOf(node);
 }
 
 double PoseGraphSolver::lastStep() const { return iteration_->lastStep(); }
