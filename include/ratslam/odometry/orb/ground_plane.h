@@ -21,25 +21,12 @@ namespace ratslam {
 struct RoadPlane {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitY();  ///< camera axes, unit, towards the ground
   double height = 1.0;                                ///< of the camera above the plane [odometry unit]
-
-  template <class Fields>
-  void stateFields(Fields&& fields) {
-    fields("normal", normal);
-    fields("height", height);
-  }
 };
 
 struct RoadMeasurement {
   RoadPlane plane;
   double sigma_log = 0.0;    ///< standard deviation of log height
   double correlation = 0.0;  ///< of the aligned grey values in [-1, 1]
-
-  template <class Fields>
-  void stateFields(Fields&& fields) {
-    fields("plane", plane);
-    fields("sigma_log", sigma_log);
-    fields("correlation", correlation);
-  }
 };
 
 struct RoadParams {

@@ -66,8 +66,6 @@ class MotionBridge {
   void add(const Step& step, std::shared_ptr<const Frame> frame);
   /// The turn from an earlier frame to a step's, where far features connect all frames between them.
   std::optional<UncertainTurn> turnSince(Stamp earlier, const Step& step) const;
-  /// Pose of the sample at `stamp`; the last one's where there is none.
-  RigidTransform poseAt(Stamp stamp) const;
   RigidTransform lastPose() const { return way_.empty() ? from_.pose : way_.back().pose; }
 
   /// The motion from the start to a frame of a sample, the first of a new map. @param after

@@ -53,7 +53,6 @@ class ScaleKeeper {
   double sigma() const;
   /// A new map has got its scale without a road. @param sigma_log its standard deviation.
   void scaleGiven(double sigma_log) { start_variance_ = sigma_log * sigma_log; }
-  std::optional<RoadMeasurement> lastMeasurement() const { return last_; }
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -70,7 +69,6 @@ class ScaleKeeper {
     fields("blocks_way", blocks_way_);
     fields("blocks_squares", blocks_squares_);
     fields("rejections", rejections_);
-    fields("last", last_);
   }
 
  private:
@@ -95,7 +93,6 @@ class ScaleKeeper {
   double blocks_way_ = 0.0;  // of all blocks
   double blocks_squares_ = 0.0;
   int rejections_ = 0;
-  std::optional<RoadMeasurement> last_;
 };
 
 }  // namespace ratslam

@@ -202,11 +202,11 @@ struct Refined {
 };
 
 /// Refines rotation and direction. @param focal [px].
-Refined refineOnce(const std::vector<Match>& matches, RigidTransform motion, double focal, double ahead,
-                   double sigma) {
+Refined refineOnce(const std::vector<Match>& matches, RigidTransform motion, double focal, double ahead) {
   constexpr double kStep = 1e-6;
   Matrix5 hessian = Matrix5::Identity();
   Eigen::Matrix<double, 3, 2> across;
+  double sigma = kGridError;
   for (int round = 0; round < kRounds; ++round) {
     across = axesAcross(motion.translation);
     const SampsonError error(motion);
@@ -250,7 +250,7 @@ Refined refineOnce(const std::vector<Match>& matches, RigidTransform motion, dou
 /// tenth is left out once (a jackknife over groups, Efron and Stein 1981).
 UncertainMotion refined(const std::vector<Match>& matches, const RigidTransform& start, double focal,
                         double ahead, bool far) {
-  const Refined best = refineOnce(matches, start, focal, ahead, kGridError);
+  const Refined best = refineOnce(matches, start, focal, ahead);
   Matrix5 covariance = kInflation * best.covariance;
   if (far) {
     covariance.diagonal().head<3>().array() += std::pow(degreesToRadians(kFarTurnDeg), 2);
@@ -261,7 +261,7 @@ UncertainMotion refined(const std::vector<Match>& matches, const RigidTransform&
     for (std::size_t i = 0; i < matches.size(); ++i) {
       if (i % kGroups != group) others.push_back(matches[i]);
     }
-    const RigidTransform without = refineOnce(others, best.motion, focal, ahead, kGridError).motion;
+    const RigidTransform without = refineOnce(others, best.motion, focal, ahead).motion;
     Vector5 change;
     change.head<3>() = logRotation(without.rotation * best.motion.rotation.conjugate());
     change.tail<2>() = best.across.transpose() * (without.translation - best.motion.translation);

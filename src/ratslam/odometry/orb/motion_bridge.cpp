@@ -59,20 +59,15 @@ void MotionBridge::add(const Step& step, std::shared_ptr<const Frame> frame) {
 }
 
 std::optional<UncertainTurn> MotionBridge::turnSince(Stamp earlier, const Step& step) const {
-  UncertainTurn turn;
-  const auto append = [&](const UncertainMotion& seen) {
-    const Eigen::Matrix3d so_far = turn.rotation.toRotationMatrix();
-    turn.covariance += so_far * seen.covariance.bottomRightCorner<3, 3>() * so_far.transpose();
-    turn.rotation = (turn.rotation * seen.motion.rotation).normalized();
-  };
+  if (!step.seen || earlier > lastFrameStamp()) return std::nullopt;
+  UncertainMotion motion;
   for (const Link& link : links_) {
     if (link.begin < earlier) continue;
     if (!link.seen) return std::nullopt;
-    append(*link.seen);
+    motion = compose(motion, *link.seen);
   }
-  if (!step.seen || earlier > lastFrameStamp()) return std::nullopt;
-  append(*step.seen);
-  return turn;
+  motion = compose(motion, *step.seen);
+  return UncertainTurn{motion.motion.rotation, motion.covariance.bottomRightCorner<3, 3>()};
 }
 
 MotionBridge::Blind MotionBridge::blindAround(std::size_t link, const Vector6& before,
@@ -133,13 +128,6 @@ Matrix6 MotionBridge::covarianceAlong(std::size_t link, const RigidTransform& mo
   Matrix6 scaling = Matrix6::Identity();
   scaling.topLeftCorner<3, 3>() *= motion.translation.norm();
   return scaling * here.seen->covariance * scaling;
-}
-
-RigidTransform MotionBridge::poseAt(Stamp stamp) const {
-  if (stamp == from_.stamp) return from_.pose;
-  const auto found =
-      std::find_if(way_.begin(), way_.end(), [&](const Sample& sample) { return sample.stamp == stamp; });
-  return found == way_.end() ? lastPose() : found->pose;
 }
 
 UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& frame, const Vector6& after,

@@ -97,7 +97,6 @@ std::optional<double> ScaleKeeper::scaleOfNewMap(const CameraModel& camera, cons
   const auto road =
       searchRoad(camera, now, {first}, normal_, kLowestHeight * depth, kHighestHeight * depth, road_);
   if (!road) return std::nullopt;
-  last_ = road;
   return *target_ / road->plane.height;
 }
 
@@ -105,16 +104,15 @@ std::optional<double> ScaleKeeper::update(const CameraModel& camera, const Local
   if (map.keyframes().size() < 2) return std::nullopt;
   move(map);
   const Frame& now = *map.keyframes().back().frame;
-  last_.reset();
   if (!locked_) {
     const double depth = map.medianDepth(now.T_camera_world);
-    last_ = searchRoad(camera, now, earlierViews(map, 0.02 * depth, 0.06 * depth), normal_,
-                       kLowestHeight * depth, kHighestHeight * depth, road_);
-    return last_ ? lock(std::log(last_->plane.height)) : std::nullopt;
+    const auto road = searchRoad(camera, now, earlierViews(map, 0.02 * depth, 0.06 * depth), normal_,
+                                 kLowestHeight * depth, kHighestHeight * depth, road_);
+    return road ? lock(std::log(road->plane.height)) : std::nullopt;
   }
-  last_ =
+  const auto road =
       measureRoad(camera, now, earlierViews(map, 0.3 * *target_, 0.9 * *target_), {normal_, *target_}, road_);
-  return last_ ? filter(*last_) : std::nullopt;
+  return road ? filter(*road) : std::nullopt;
 }
 
 std::optional<double> ScaleKeeper::lock(double log_height) {
