@@ -9,7 +9,6 @@ import sys
 import tempfile
 import unittest
 
-import rospkg
 import rospy
 import rostest
 import tf2_ros
@@ -25,19 +24,13 @@ class CameraMount(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(rospkg.RosPack().get_path("ratslam_ros"), "config", "demo.yaml")
+        cls.config = harness.demo_config()
         cls.bag = os.path.join(cls.folder, "town.bag")
-        subprocess.run([harness.executable("ratslam_town"), "--out", cls.bag, "--frames", "60", "--jpeg-quality", "90"],
-                       check=True, stdout=subprocess.DEVNULL)
+        harness.write_town_bag(cls.bag)
 
     @classmethod
     def tearDownClass(cls):
         shutil.rmtree(cls.folder)
-
-    def launch(self, **arguments):
-        arguments = {"config": self.config, "topic_root": "town", "compressed": "true", "odometry": "orb", **arguments}
-        words = [f"{key}:={value}" for key, value in arguments.items()]
-        return harness.Process(["roslaunch", "ratslam_ros", "ratslam.launch", *words])
 
     def offline(self, name, *options):
         out = os.path.join(self.folder, name)
@@ -54,7 +47,7 @@ class CameraMount(unittest.TestCase):
         q.x, q.y, q.z, q.w = -0.5, 0.5, -0.5, 0.5
         broadcaster.sendTransform(transform)
         nodes = os.path.join(self.folder, "nodes")
-        launch = self.launch(bag=self.bag, rate=4, camera_frame="eye_optical", trajectory_file=nodes)
+        launch = harness.launch_on_town(odometry="orb", bag=self.bag, rate=4, camera_frame="eye_optical", trajectory_file=nodes)
         self.assertEqual(launch.ended(120.0), 0, launch.output())
         said = {name: re.search(name + r": ([^,\s\x1b]+)", launch.output()).group(1) for name in NUMBERS}
         self.assertEqual([float(said[name]) for name in NUMBERS[:3]], [1.5, 0.0, 1.2])
@@ -71,7 +64,7 @@ class CameraMount(unittest.TestCase):
             self.assertNotEqual(by_tf, without)
 
     def test_a_transform_that_nobody_broadcasts_is_named(self):
-        launch = self.launch(bag="", camera_frame="no_such_eye")
+        launch = harness.launch_on_town(odometry="orb", bag="", camera_frame="no_such_eye")
         try:
             self.assertTrue(launch.said(r"images wait for the transform base_link -> no_such_eye \(camera_frame\)", 30.0),
                             launch.output())

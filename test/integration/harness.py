@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import rosbag
 import roslib.packages
+import rospkg
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CompressedImage, Image
@@ -158,6 +159,22 @@ def start_node(name, *arguments, **parameters):
     """A node of the package with private parameters; arguments are a configuration file and remappings."""
     values = [f"_{key}:={value}" for key, value in parameters.items()]
     return Process([executable(name), *arguments, *values])
+
+
+def demo_config():
+    return os.path.join(rospkg.RosPack().get_path("ratslam_ros"), "config", "demo.yaml")
+
+
+def write_town_bag(path):
+    """60 frames of a drive through the synthetic town, as JPEG on /town."""
+    subprocess.run([executable("ratslam_town"), "--out", path, "--frames", "60", "--jpeg-quality", "90"], check=True,
+                   stdout=subprocess.DEVNULL)
+
+
+def launch_on_town(**arguments):
+    """ratslam.launch for such a bag."""
+    arguments = {"config": demo_config(), "topic_root": "town", "compressed": "true", **arguments}
+    return Process(["roslaunch", "ratslam_ros", "ratslam.launch", *(f"{key}:={value}" for key, value in arguments.items())])
 
 
 def wait_until(condition, timeout=15.0):

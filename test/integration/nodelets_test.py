@@ -2,13 +2,11 @@
 """Local view and odometry as nodelets of one process: the map is the nodes', to the last byte, and so are their names."""
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
 import rosnode
-import rospkg
 import rospy
 import rostest
 
@@ -20,23 +18,16 @@ class Nodelets(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(rospkg.RosPack().get_path("ratslam_ros"), "config", "demo.yaml")
         cls.bag = os.path.join(cls.folder, "town.bag")
-        subprocess.run([harness.executable("ratslam_town"), "--out", cls.bag, "--frames", "60", "--jpeg-quality", "90"],
-                       check=True, stdout=subprocess.DEVNULL)
+        harness.write_town_bag(cls.bag)
 
     @classmethod
     def tearDownClass(cls):
         shutil.rmtree(cls.folder)
 
-    def launch(self, **arguments):
-        arguments = {"config": self.config, "topic_root": "town", "compressed": "true", **arguments}
-        words = [f"{key}:={value}" for key, value in arguments.items()]
-        return harness.Process(["roslaunch", "ratslam_ros", "ratslam.launch", *words])
-
     def trajectories(self, name, **arguments):
         out = os.path.join(self.folder, name)
-        launch = self.launch(bag=self.bag, rate=4, trajectory_file=out, **arguments)
+        launch = harness.launch_on_town(bag=self.bag, rate=4, trajectory_file=out, **arguments)
         self.assertEqual(launch.ended(120.0), 0, launch.output())
         contents = []
         for kind in ("online", "final"):
@@ -52,7 +43,7 @@ class Nodelets(unittest.TestCase):
             self.assertEqual(nodelets, nodes)
 
     def test_names_are_those_of_the_nodes(self):
-        launch = self.launch(bag="", odometry="orb", nodelet_manager="eyes", start_manager="true")
+        launch = harness.launch_on_town(bag="", odometry="orb", nodelet_manager="eyes", start_manager="true")
         try:
             def published():
                 return {name for name, _ in rospy.get_published_topics()}
@@ -66,7 +57,7 @@ class Nodelets(unittest.TestCase):
     def test_a_bad_parameter_ends_the_launch_and_is_named(self):
         bad = os.path.join(self.folder, "bad.yaml")
         harness.write_config(bad, vt_match_threshold=7.0)
-        launch = self.launch(bag="", config=bad, nodelet_manager="eyes", start_manager="true")
+        launch = harness.launch_on_town(bag="", config=bad, nodelet_manager="eyes", start_manager="true")
         self.assertTrue(launch.said("/ratslam_lv: vt_match_threshold: value 7 is not allowed", 30.0), launch.output())
         self.assertIsNotNone(launch.ended(30.0), launch.output())
 
