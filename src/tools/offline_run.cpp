@@ -213,7 +213,7 @@ void OfflineRun::addImage(const DecodedImage& image) {
 void OfflineRun::follow(const Pipeline::Progress& progress) {
   for (const OdometrySample& sample : progress.odometry) span_.addOdometry(sample.stamp);
   for (const ViewEvent& view : progress.views) span_.addView(view.stamp);
-  log_->append(progress);
+  log_->append(progress, pipeline_->map());
   snapshots_.follow(progress, pipeline_->poseCells().cells());
   if (cells_) {
     for (const PoseCellDecision& decision : progress.decisions) {

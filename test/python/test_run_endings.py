@@ -19,6 +19,7 @@ OUTPUTS = {
     "trajectory_final.tum",
     "trajectory_odometry.tum",
     "odometry.csv",
+    "pose_covariance.csv",
     "map.yaml",
     "templates.csv",
     "actions.csv",

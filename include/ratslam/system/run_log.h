@@ -1,6 +1,8 @@
 /// The files that a run leaves, the same whether the nodes or the offline runner made it.
 ///
 ///     trajectory_online.tum  poses as they were known at the time
+///     pose_covariance.csv    the same poses at the moments of decisions, with their covariance: stamp,x,y,z,yaw,
+///                            then its upper triangle row by row (experience_map.h: robotCovariance)
 ///     trajectory_final.tum   the path as the finished map sees it
 ///     trajectory_odometry.tum  the odometry alone, where it knows its pose
 ///     odometry.csv           the odometry as odometry_file.h reads it: a run that takes it from there
@@ -36,7 +38,8 @@ class RunLog {
   /// Makes the folder. @throws std::runtime_error naming what finish() could not write
   explicit RunLog(const std::string& folder);
 
-  void append(const Pipeline::Progress& progress);
+  /// @param map  as it is after `progress`
+  void append(const Pipeline::Progress& progress, const ExperienceMap& map);
 
   /// All that the files depend on, so that a run which is continued leaves what one run would have left.
   void save(State& state) const;
@@ -69,11 +72,26 @@ class RunLog {
     }
   };
 
+  /// A line of pose_covariance.csv.
+  struct KnownPose {
+    Stamp stamp = 0;
+    MapPose pose;
+    Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("stamp", stamp);
+      fields("pose", pose);
+      fields("covariance", covariance);
+    }
+  };
+
   void write(const ViewEvent& view);
   void write(const Decision& decision);
 
   std::vector<ViewEvent> views_;
   std::vector<Decision> decisions_;
+  std::vector<KnownPose> known_poses_;
   std::vector<OdometrySample> odometry_;
   std::size_t frames_ = 0;
 };

@@ -1,6 +1,7 @@
 """Odometry in CSV files, as ratslam_run reads and leaves them (odometry.csv)."""
 
 import csv
+from dataclasses import dataclass
 from typing import List
 
 import numpy as np
@@ -43,6 +44,50 @@ def read_odometry(path: str) -> np.ndarray:
     if not rows:
         raise InputError(f"{path}: holds no odometry")
     return np.array(rows)
+
+
+@dataclass
+class Motions:
+    """What a run's odometry.csv tells of poses and errors, NaN where it does not say."""
+
+    stamps: np.ndarray  # (n,) [s]
+    positions: np.ndarray  # (n, 3) [m], of base_link in the odometry's frame
+    rotations: np.ndarray  # (n, 3, 3)
+    covariances: np.ndarray  # (n, 6, 6), of the twist (vx, vy, vz, wx, wy, wz) [m^2/s^2, rad^2/s^2]
+    bridged: np.ndarray  # (n,) predicted, not measured
+    corrected: np.ndarray  # (n,) with the motion over a predicted stretch
+
+
+def read_motions(path: str) -> Motions:
+    """Poses and covariances of a run's odometry.csv. @throws InputError naming file, line and column."""
+    lines = list(text_file.read_lines(path))
+    names = split(lines[0][1]) if lines else []
+    pose = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
+    covariance = [f"cov_{i}{j}" for i in range(1, 7) for j in range(1, 7)]
+    wanted = ["stamp", *pose, *covariance, "bridged", "correction_from"]
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        raise InputError(f"{path}: its first line names no column {missing[0]}: poses and covariances are asked for")
+    columns = [names.index(name) for name in wanted]
+    table = np.full((len(lines) - 1, len(wanted)), np.nan)
+    for row, (number, line) in enumerate(lines[1:]):
+        words = split(line)
+        if len(words) != len(names):
+            raise InputError(f"{path}:{number}: {len(words)} values under {len(names)} columns")
+        for place, column in enumerate(columns):
+            if words[column]:
+                table[row, place] = _value(path, number, words, names, wanted[place], row)
+    if len(table) == 0:
+        raise InputError(f"{path}: holds no odometry")
+    matrices = table[:, 1:13].reshape(-1, 3, 4)
+    return Motions(
+        table[:, 0],
+        matrices[:, :, 3],
+        matrices[:, :, :3],
+        table[:, 13:49].reshape(-1, 6, 6),
+        table[:, 49] == 1,
+        np.isfinite(table[:, 50]),
+    )
 
 
 def split(line: str) -> List[str]:

@@ -22,13 +22,14 @@ constexpr const char* kActions = "actions.csv";
 constexpr const char* kOdometry = "odometry.csv";
 constexpr const char* kOdometryTrajectory = "trajectory_odometry.tum";
 constexpr const char* kOnlineTrajectory = "trajectory_online.tum";
+constexpr const char* kPoseCovariance = "pose_covariance.csv";
 constexpr const char* kFinalTrajectory = "trajectory_final.tum";
 constexpr const char* kMap = "map.yaml";
 constexpr const char* kPoseCells = "pose_cells.csv";
 constexpr const char* kAllPoseCells = "pose_cells.npz";
 constexpr const char* kSummary = "summary.json";
-constexpr std::array<const char*, 10> kAll{
-    kTemplates,       kActions, kOdometry,  kOdometryTrajectory, kOnlineTrajectory,
+constexpr std::array<const char*, 11> kAll{
+    kTemplates,       kActions, kOdometry,  kOdometryTrajectory, kOnlineTrajectory, kPoseCovariance,
     kFinalTrajectory, kMap,     kPoseCells, kAllPoseCells,       kSummary};
 
 std::string madeFolder(const std::string& folder) {
@@ -155,7 +156,7 @@ RunLog::RunLog(const std::string& folder)
   actions_.stream() << "stamp,action,src_id,dest_id,x,y,th\n";
 }
 
-void RunLog::append(const Pipeline::Progress& progress) {
+void RunLog::append(const Pipeline::Progress& progress, const ExperienceMap& map) {
   frames_ += progress.views.size();
   odometry_.insert(odometry_.end(), progress.odometry.begin(), progress.odometry.end());
   for (const ViewEvent& view : progress.views) {
@@ -165,6 +166,10 @@ void RunLog::append(const Pipeline::Progress& progress) {
   for (const PoseCellDecision& decision : progress.decisions) {
     decisions_.push_back({decision.action, decision.estimate});
     write(decisions_.back());
+  }
+  if (progress.decisions.empty()) return;
+  if (const std::optional<Eigen::Matrix4d> covariance = map.robotCovariance()) {
+    known_poses_.push_back({map.onlineTrajectory().back().stamp, map.robotPose(), *covariance});
   }
 }
 
@@ -183,6 +188,7 @@ void RunLog::write(const Decision& decision) {
 void RunLog::save(State& state) const {
   state.set("views", views_);
   state.set("decisions", decisions_);
+  state.set("known_poses", known_poses_);
   State samples;
   for (std::size_t i = 0; i < odometry_.size(); ++i) samples.child(std::to_string(i)).write(odometry_[i]);
   state.set("odometry", samples.toBytes());
@@ -193,6 +199,7 @@ void RunLog::save(State& state) const {
 void RunLog::load(const State& state) {
   state.get("views", views_);
   state.get("decisions", decisions_);
+  state.get("known_poses", known_poses_);
   const State samples = State::fromBytes(state.get<std::vector<std::uint8_t>>("odometry"));
   odometry_.assign(state.get<std::uint64_t>("samples"), OdometrySample{});
   for (std::size_t i = 0; i < odometry_.size(); ++i) {
@@ -214,6 +221,18 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   const std::vector<StampedPose3> odometry_poses = posesOf(odometry_);
   if (!odometry_poses.empty()) files.addStretches(kOdometryTrajectory, odometry_poses, write_tum);
   files.addStretches(kOnlineTrajectory, toPoses3(pipeline.map().onlineTrajectory()), write_tum);
+  const auto write_known = [](std::ostream& out, const auto& part) {
+    out << "stamp,x,y,z,yaw,xx,xy,xz,xyaw,yy,yz,yyaw,zz,zyaw,yawyaw\n";
+    for (const KnownPose& known : part) {
+      const MapPose& pose = known.pose;
+      out << formatStamp(known.stamp) << ',' << pose.x << ',' << pose.y << ',' << pose.z << ',' << pose.yaw;
+      for (int row = 0; row < 4; ++row) {
+        for (int column = row; column < 4; ++column) out << ',' << known.covariance(row, column);
+      }
+      out << '\n';
+    }
+  };
+  if (!known_poses_.empty()) files.addStretches(kPoseCovariance, known_poses_, write_known);
   files.addStretches(kFinalTrajectory, toPoses3(pipeline.map().finalTrajectory()), write_tum);
   writeMap(files.add(kMap), pipeline.map().graph());
   if (snapshots != nullptr) snapshots->write(files.add(kPoseCells));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace ratslam {
@@ -11,6 +12,10 @@ constexpr int kRounds = 4;
 constexpr int kStepsPerRound = 4;
 constexpr std::size_t kMinObservations = 6;
 constexpr double kConverged = 1e-9;  // squared length of a step below which a round ends
+
+/// Cells of the image within which errors may agree.
+constexpr int kColumns = 8;
+constexpr int kRows = 4;
 
 struct NormalEquations {
   Matrix6 hessian = Matrix6::Zero();
@@ -36,6 +41,36 @@ NormalEquations accumulate(const CameraModel& camera, const RigidTransform& pose
     equations.gradient.noalias() += weight * jacobian.transpose() * reprojection.error;
   }
   return equations;
+}
+
+/// Covariance of the pose where errors of observations that lie beside each other in the image agree: one object
+/// that moves, one facade that is matched a pixel off. The gradients are summed over the cells of a grid, and
+/// the sums count as independent (sandwich estimator: Huber, Robust Statistics, 6.3; clustered: Liang and
+/// Zeger 1986).
+Matrix6 clusteredCovariance(const CameraModel& camera, const PoseEstimate& estimate,
+                            const std::vector<PoseObservation>& observations, const RobustLoss& loss,
+                            const Matrix6& inverse_hessian) {
+  const auto cell_of = [](double at, int size, int cells) {
+    return std::clamp(static_cast<int>(at * cells / std::max(size, 1)), 0, cells - 1);
+  };
+  std::array<std::vector<PoseObservation>, kColumns * kRows> cells;
+  for (const PoseObservation& observation : observations) {
+    const int row = cell_of(observation.pixel.y(), camera.height, kRows);
+    const int column = cell_of(observation.pixel.x(), camera.width, kColumns);
+    cells[static_cast<std::size_t>(row * kColumns + column)].push_back(observation);
+  }
+  Matrix6 spread = Matrix6::Zero();
+  double seen = 0.0;
+  for (const std::vector<PoseObservation>& cell : cells) {
+    if (cell.empty()) continue;
+    const Vector6 gradient =
+        accumulate(camera, estimate.T_camera_world, cell, loss, estimate.sigma, true).gradient;
+    spread.noalias() += gradient * gradient.transpose();
+    seen += 1.0;
+  }
+  // The pose has been fitted to these cells, so its six numbers are missing in the spread.
+  const double left = std::max(seen - 6.0, 1.0) / std::max(seen, 1.0);
+  return inverse_hessian * spread * inverse_hessian / left;
 }
 
 }  // namespace
@@ -89,7 +124,10 @@ PoseEstimate refinePose(const CameraModel& camera, const RigidTransform& initial
     estimate.inliers += estimate.inlier[i] ? 1 : 0;
   }
   const Eigen::LDLT<Matrix6> factor(equations.hessian);
-  const Matrix6 covariance = factor.solve(Matrix6::Identity());
+  const Matrix6 inverse = factor.solve(Matrix6::Identity());
+  // Both are right where errors are independent; the clustered one, of few cells, is less sure of itself.
+  const Matrix6 covariance =
+      0.5 * (inverse + clusteredCovariance(camera, estimate, observations, loss, inverse));
   if (covariance.allFinite()) estimate.covariance = 0.5 * (covariance + covariance.transpose());
   return estimate;
 }

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <opencv2/calib3d.hpp>
 #include <random>
+#include <utility>
 
 #include "ratslam/camera/camera_model.h"
 #include "ratslam/vision/pose_refinement.h"
@@ -177,6 +179,39 @@ TEST(PoseRefinement, EstimatesTheNoiseItself) {
   const double mahalanobis = error.dot(estimate.covariance.inverse() * error);
   EXPECT_LT(mahalanobis, 30.0);
   EXPECT_GT(mahalanobis, 0.3);
+}
+
+/// Mean of error^T covariance^-1 error over many trials; 6 where the covariance is right. Errors of pixels have
+/// a part of their own and one that all points in an eighth of the image's width share.
+double meanNormalisedError(double own_sigma, double shared_sigma) {
+  constexpr int kTrials = 100;
+  const CameraModel camera = smallCamera();
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  double sum = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::map<std::pair<int, int>, Eigen::Vector2d> shared;
+    std::vector<PoseObservation> observations;
+    for (const auto& point : scatteredPoints(400, 100u + static_cast<unsigned>(trial))) {
+      const Eigen::Vector2d pixel = camera.project(point);
+      const std::pair<int, int> region(static_cast<int>(pixel.x() * 8.0 / camera.width),
+                                       static_cast<int>(pixel.y() * 4.0 / camera.height));
+      if (shared.count(region) == 0) shared[region] = {normal(random), normal(random)};
+      const Eigen::Vector2d own(normal(random), normal(random));
+      observations.push_back({point, pixel + shared_sigma * shared[region] + own_sigma * own, 1.0});
+    }
+    const PoseEstimate estimate = refinePose(camera, RigidTransform{}, observations, RobustLoss{});
+    const Vector6 error = logTransform(estimate.T_camera_world);
+    sum += error.dot(estimate.covariance.inverse() * error);
+  }
+  return sum / kTrials;
+}
+
+TEST(PoseRefinement, CovarianceIsThatOfItsErrors) { EXPECT_NEAR(meanNormalisedError(0.8, 0.0), 6.0, 1.5); }
+
+TEST(PoseRefinement, CovarianceGrowsWhereErrorsOfNeighboursAgree) {
+  // The inverse of the normal equations alone claims a covariance twenty times too small (123 here).
+  EXPECT_LT(meanNormalisedError(0.3, 0.5), 40.0);
 }
 
 TEST(Triangulation, FindsExactPointsAndRefusesParallelRays) {

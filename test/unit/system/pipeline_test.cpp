@@ -272,7 +272,8 @@ TEST(RunLog, ARunFromTheOdometryOfAnEarlierOneIsTheSame) {
   Pipeline first(with_height,
                  std::make_unique<ProfileSource>(with_height.odometry.of<ProfileOdometryParams>()));
   RunLog log(folder.string());
-  for (int frame = 0; frame < kFrames; ++frame) log.append(first.addImage({frame * kTenth, view(frame)}));
+  for (int frame = 0; frame < kFrames; ++frame)
+    log.append(first.addImage({frame * kTenth, view(frame)}), first.map());
   log.finish(first, with_height, {});
   const auto samples = readOdometryCsv((folder / "odometry.csv").string());
   ASSERT_EQ(samples.size(), static_cast<std::size_t>(kFrames));
@@ -301,8 +302,8 @@ TEST(RunLog, LeavesTheStatedFiles) {
   Pipeline pipeline(params(), {});
   RunLog log(folder.string());
   for (int frame = 0; frame < 50; ++frame) {
-    log.append(pipeline.addOdometry(motion(frame, 0.1)));
-    log.append(pipeline.addImage({frame * kTenth, view(frame)}));
+    log.append(pipeline.addOdometry(motion(frame, 0.1)), pipeline.map());
+    log.append(pipeline.addImage({frame * kTenth, view(frame)}), pipeline.map());
   }
   log.finish(pipeline, params(), {{"frames", 50.0}});
   const auto lines = [&folder](const std::string& name) {
@@ -311,6 +312,7 @@ TEST(RunLog, LeavesTheStatedFiles) {
   };
   EXPECT_EQ(lines("templates.csv"), 51);
   EXPECT_EQ(lines("actions.csv"), 51);
+  EXPECT_EQ(lines("pose_covariance.csv"), 50);  // none before the first place
   EXPECT_EQ(lines("trajectory_online.tum"), 50);
   EXPECT_EQ(lines("trajectory_final.tum"), 50);
   EXPECT_GT(lines("map.yaml"), 10);

@@ -40,8 +40,9 @@ constexpr double kLeastTurnError = 1e-5;
 constexpr double kLeastScaleError = 1e-6;
 
 /// Errors that the steps of an odometry share and none of them can know, over a stretch of one place: relative
-/// to it, and of the facing [rad] (0.2 degrees in 100 places).
+/// to it (of the height somewhat more: an error of the pitch stays), and of the facing [rad] (0.2 degrees in 100 places).
 constexpr double kSharedPlaceError = 0.01;
+constexpr double kSharedHeightError = 0.012;
 constexpr double kSharedTurnError = 3e-4;
 
 /// How little is known of a way that nobody measured: place [exp_recall_sigma], facing [rad], log-scale. Just
@@ -251,12 +252,15 @@ Constraint PoseGraphMap::drivenConstraint(const RobotPlace& robot) const {
     // What a source says of its steps leaves out what all of them share (a lens, a mounting, a wheel).
     const double unsaid = std::max(robot.motion.length - error.said_length, 0.0) / place;
     const double shared = robot.motion.length / place;
-    const double place_variance =
-        place * place * (square(params_.exp_odometry_sigma) * unsaid + square(kSharedPlaceError) * shared);
-    setWeights(chain, error.covariance.topLeftCorner<2, 2>() + place_variance * Eigen::Matrix2d::Identity(),
-               error.covariance(2, 2) + place_variance,
-               error.covariance(3, 3) + square(params_.exp_rotation_sigma) * unsaid +
-                   square(kSharedTurnError) * shared);
+    const auto variance = [&](double shared_error) {
+      return place * place * (square(params_.exp_odometry_sigma) * unsaid + square(shared_error) * shared);
+    };
+    setWeights(
+        chain,
+        error.covariance.topLeftCorner<2, 2>() + variance(kSharedPlaceError) * Eigen::Matrix2d::Identity(),
+        error.covariance(2, 2) + variance(kSharedHeightError),
+        error.covariance(3, 3) + square(params_.exp_rotation_sigma) * unsaid +
+            square(kSharedTurnError) * shared);
   }
   chain.scale_kept = error.scale_kept;
   const double unsaid_way = std::max(robot.motion.length - error.said_scale_length, 0.0);

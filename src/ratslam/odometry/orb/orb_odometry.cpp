@@ -26,6 +26,10 @@ constexpr std::size_t kMinObservations = 3;
 // median depths, the unit then.
 constexpr double kUnknownSpeed = 10.0;
 constexpr double kUnknownSpeedInDepths = 1.0;
+// What a motion's covariance leaves out: landmarks count as exact while a pose is measured (share of the
+// variance), and neighbouring measurements of the road err alike (share of the deviation of the scale).
+constexpr double kLandmarkErrors = 1.3;
+constexpr double kRoadErrors = 1.7;
 
 OrbOdometryParams validated(const OrbOdometryParams& params) {
   params.validate();
@@ -253,8 +257,8 @@ void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& step, doubl
 
 Matrix6 OrbOdometry::covarianceOfMotion(const RigidTransform& motion, const Matrix6& covariance) const {
   // The same landmarks held both poses; what they have in common is the error of their scale.
-  Matrix6 sum = covariance + last_covariance_;
-  const Eigen::Vector3d in_scale = scale_keeper_.sigma() * motion.translation;
+  Matrix6 sum = kLandmarkErrors * (covariance + last_covariance_);
+  const Eigen::Vector3d in_scale = kRoadErrors * scale_keeper_.sigma() * motion.translation;
   sum.topLeftCorner<3, 3>() += in_scale * in_scale.transpose();
   return sum;
 }

@@ -1,0 +1,53 @@
+"""evaluate_nees: does a run know how wrong it is?"""
+
+import argparse
+import os
+
+from ratslam_tools.datasets import odometry_file, truth
+from ratslam_tools.errors import InputError
+from ratslam_tools.evaluation import consistency, write_json
+from ratslam_tools.runs import run_folder
+from ratslam_tools.table import format_table
+
+
+def main(argv=None) -> None:
+    """evaluate_nees."""
+    parser = argparse.ArgumentParser(
+        prog="evaluate_nees",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Normalised estimation error squared of the odometry's motion (6 degrees of freedom) and of the "
+        "robot's pose in the map as it was known at the time (x, y, z, yaw), against the true path in metres. If "
+        "the covariances are right, 95 % lie in the band.",
+        epilog="example:\n  ratslam_run TOWN --config config/kitti_orb.yaml --odometry orb --out out/town\n"
+        "  evaluate_nees out/town --truth TOWN/poses.txt",
+    )
+    parser.add_argument("run", metavar="RUN", help="folder that ratslam_run left")
+    parser.add_argument("--truth", required=True, metavar="FILE", help="true trajectory, as plot_run takes it")
+    parser.add_argument("--times", metavar="FILE", help="times.txt of KITTI poses, if it does not lie beside")
+    parser.add_argument("--save_results", metavar="FILE.json", help="write the figures")
+    arguments = parser.parse_args(argv)
+    known = truth.read_truth(arguments.truth, arguments.times)
+    poses = os.path.join(arguments.run, "pose_covariance.csv")
+    if not os.path.isfile(poses):
+        raise InputError(f"{poses}: no such file; a run with exp_solver=graph leaves it")
+    motions = odometry_file.read_motions(os.path.join(arguments.run, "odometry.csv"))
+    results = {
+        "odometry": consistency.summary(consistency.motion_nees(motions, known), 6),
+        "map": consistency.summary(consistency.pose_nees(run_folder.read_columns(poses), known), 4),
+    }
+    rows = [["NEES of", "count", "free", "mean", "median", "95 % band", "in band", "below", "above", "up to 95 %"]]
+    for name, found in results.items():
+        rows.append(
+            [
+                {"odometry": "odometry's motion", "map": "pose in the map"}[name],
+                str(found["count"]),
+                str(found["freedom"]),
+                f"{found['mean']:.2f}",
+                f"{found['median']:.2f}",
+                f"{found['band'][0]:.2f} - {found['band'][1]:.2f}",
+            ]
+            + [f"{found[key]:.1f} %" for key in ("percent_in_band", "percent_below", "percent_above", "percent_to_95")]
+        )
+    print(format_table(rows))
+    if arguments.save_results:
+        write_json(arguments.save_results, {"metric": "nees", "run": arguments.run, "results": results})

@@ -1,0 +1,118 @@
+"""Whether an estimate knows how wrong it is: the normalised estimation error squared (NEES).
+
+NEES = e^T P^-1 e of an error e with the covariance P that was said of it. If both are right and Gaussian, it is
+chi-squared distributed with as many degrees of freedom as e has components (Bar-Shalom, Li and Kirubarajan 2001,
+5.4): nineteen of twenty lie within the 95 % band, and their mean is the number of components.
+"""
+
+import math
+from typing import Dict
+
+import numpy as np
+
+from ratslam_tools.datasets import odometry_file
+from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import Trajectory, association, geometry
+
+BAND = 0.95
+MAX_CHI_SQUARED = 1e4
+
+
+def chi_squared_quantile(share: float, freedom: int) -> float:
+    """x with P(chi-squared <= x) = share, for an even number of degrees of freedom (a sum in closed form)."""
+    if freedom < 2 or freedom % 2:
+        raise ValueError(f"{freedom} degrees of freedom: only even numbers have a closed form")
+
+    def below(x: float) -> float:
+        terms = (math.exp(k * math.log(x / 2) - math.lgamma(k + 1) - x / 2) for k in range(freedom // 2))
+        return 1.0 - sum(terms)
+
+    low, high = 1e-12, MAX_CHI_SQUARED
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if below(middle) < share else (low, middle)
+    return 0.5 * (low + high)
+
+
+def nees(errors: np.ndarray, covariances: np.ndarray) -> np.ndarray:
+    """e^T P^-1 e, (n,), of errors (n, k) and covariances (n, k, k). @throws InputError for a singular P."""
+    try:
+        solved = np.linalg.solve(covariances, errors[:, :, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        raise InputError("a covariance is singular: an error that was said to be impossible has no NEES") from None
+    return np.einsum("ij,ij->i", errors, solved)
+
+
+def summary(values: np.ndarray, freedom: int) -> Dict[str, float]:
+    """How the NEES (n,) lie about their 95 % band."""
+    low = chi_squared_quantile((1 - BAND) / 2, freedom)
+    high = chi_squared_quantile((1 + BAND) / 2, freedom)
+    return {
+        "count": len(values),
+        "freedom": freedom,
+        "mean": float(values.mean()),
+        "median": float(np.median(values)),
+        "band": [low, high],
+        "percent_in_band": float(100 * np.mean((values >= low) & (values <= high))),
+        "percent_below": float(100 * np.mean(values < low)),
+        "percent_above": float(100 * np.mean(values > high)),
+        "percent_to_95": float(100 * np.mean(values <= chi_squared_quantile(BAND, freedom))),
+    }
+
+
+def motion_nees(odometry: odometry_file.Motions, truth: Trajectory) -> np.ndarray:
+    """NEES, 6 degrees of freedom, of the motion from each sample to the next: of the poses' translation and
+    rotation, in the axes of base_link at its end, against the covariance of the twist times dt^2.
+
+    Samples that were predicted (bridged), say no covariance, or have no true pose are left out.
+    @throws InputError where none is left.
+    """
+    rows, partners = association.match_stamps(odometry.stamps, truth.stamps, association.MAX_STAMP_DIFFERENCE_S)
+    true_row = np.full(len(odometry.stamps), -1)
+    true_row[rows] = partners
+    known = np.isfinite(odometry.covariances).all(axis=(1, 2)) & odometry.covariances.any(axis=(1, 2))
+    known &= np.isfinite(odometry.positions).all(axis=1) & ~odometry.bridged & (true_row >= 0)
+    ends = np.flatnonzero(known[1:] & known[:-1] & ~odometry.corrected[1:]) + 1
+    if len(ends) == 0:
+        raise InputError("no sample of the odometry has pose, covariance and a true pose")
+
+    def motions(positions, rotations, before, after):
+        turned = np.swapaxes(rotations[before], 1, 2)
+        moved = np.einsum("nij,nj->ni", turned, positions[after] - positions[before])
+        return moved, turned @ rotations[after]
+
+    moved, turned = motions(odometry.positions, odometry.rotations, ends - 1, ends)
+    true_moved, true_turned = motions(truth.positions, truth.rotations, true_row[ends - 1], true_row[ends])
+    back = np.swapaxes(true_turned, 1, 2)
+    errors = np.hstack(
+        [np.einsum("nij,nj->ni", back, moved - true_moved), geometry.rotation_vectors(back @ turned)]
+    )
+    dt = (odometry.stamps[ends] - odometry.stamps[ends - 1])[:, None, None]
+    return nees(errors, odometry.covariances[ends] * dt**2)
+
+
+def pose_nees(poses: Dict[str, np.ndarray], truth: Trajectory) -> np.ndarray:
+    """NEES, 4 degrees of freedom (x, y, z, yaw), of the robot's poses in the map.
+
+    @param poses columns of pose_covariance.csv. The truth is laid so that the first of them is exact, as the map
+        takes it.
+    @throws InputError where fewer than two have a true pose.
+    """
+    rows, partners = association.match_stamps(poses["stamp"], truth.stamps, association.MAX_STAMP_DIFFERENCE_S)
+    if len(rows) < 2:
+        raise InputError("fewer than two poses of the map have a true pose")
+    estimates = np.stack([poses[name][rows] for name in ("x", "y", "z", "yaw")], axis=1)
+    true_yaw = np.arctan2(truth.rotations[partners, 1, 0], truth.rotations[partners, 0, 0])
+    turn = estimates[0, 3] - true_yaw[0]
+    level = np.array([[math.cos(turn), -math.sin(turn), 0], [math.sin(turn), math.cos(turn), 0], [0, 0, 1.0]])
+    expected = np.empty_like(estimates)
+    expected[:, :3] = estimates[0, :3] + (truth.positions[partners] - truth.positions[partners[0]]) @ level.T
+    expected[:, 3] = true_yaw + turn
+    errors = estimates - expected
+    errors[:, 3] = np.arctan2(np.sin(errors[:, 3]), np.cos(errors[:, 3]))
+    covariances = np.empty((len(rows), 4, 4))
+    names = (("xx", "xy", "xz", "xyaw"), ("yy", "yz", "yyaw"), ("zz", "zyaw"), ("yawyaw",))
+    for row, line in enumerate(names):
+        for offset, name in enumerate(line):
+            covariances[:, row, row + offset] = covariances[:, row + offset, row] = poses[name][rows]
+    return nees(errors[1:], covariances[1:])
