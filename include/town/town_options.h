@@ -25,8 +25,11 @@ struct TownOptions {
   double noise = 0.0;               ///< standard deviation [grey values]
   int moving_cars = 0;
   std::vector<double>
-      wheel_noise;         ///< scale error, sigma speed [m/s], sigma yaw rate [rad/s]; empty: no odometry
-  double gps_noise = 0.0;  ///< standard deviation per axis [m]
+      wheel_noise;  ///< scale error, sigma speed [m/s], sigma yaw rate [rad/s]; empty: no odometry
+  std::vector<double>
+      wheel_slip;  ///< sigma of the speed as share of it, of the turn a metre [deg]; empty: none
+  bool wheel_covariance = false;  ///< the wheel odometry says how wrong it is
+  double gps_noise = 0.0;         ///< standard deviation per axis [m]
   std::vector<double> origin{49.0336, 8.3949,
                              112.0};  ///< latitude, longitude [deg], height [m] of the first pose
   double start = 1600000000.0;        ///< Unix time of the first frame where stamps are absolute [s]
@@ -55,6 +58,10 @@ struct TownOptions {
           "cars under way: oncoming ones, every fourth in front");
     visit("wheel_noise", wheel_noise, Bounds{},
           "scale error,sigma of speed [m/s],sigma of yaw rate [rad/s]: also give wheel odometry");
+    visit("wheel_slip", wheel_slip, Bounds{},
+          "sigma of the speed as share of it,sigma of the turn [deg] a metre: also give wheel odometry");
+    visit("wheel_covariance", wheel_covariance, Bounds{},
+          "let the wheel odometry say its covariance, the scale error included");
     visit("gps_noise", gps_noise, Bounds{0, 1000}, "standard deviation of GPS fixes per axis [m]");
     visit("origin", origin, Bounds{}, "latitude,longitude [deg],height [m] of the first pose");
     visit("start", start, Bounds{1, 4e9}, "Unix time of the first frame where stamps are absolute [s]");
@@ -62,6 +69,7 @@ struct TownOptions {
   }
   /// @throws std::invalid_argument naming option, value and what is allowed.
   void validate() const;
+  bool wheelOdometry() const { return !wheel_noise.empty() || !wheel_slip.empty(); }
   /// Camera of the given size, calibration and distortion. @throws std::invalid_argument as validate().
   TownCamera camera() const;
 };

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "ratslam/common/params.h"
+#include "ratslam/dataset/odometry_file.h"
 #include "town/town_sink.h"
 
 namespace ratslam {
@@ -91,14 +92,13 @@ class KittiSink : public TownSink {
     for (int row = 0; row < 3; ++row)
       for (int column = 0; column < 4; ++column)
         *poses_ << digits(pose(row, column), 12) << (row == 2 && column == 3 ? "\n" : " ");
-    if (wheel_ && frame.wheel)
-      *wheel_ << frame.index << "," << digits(toSeconds(frame.stamp), 17) << ","
-              << digits(frame.wheel->speed, 17) << "," << digits(frame.wheel->yaw_rate, 17) << "\n";
+    if (frame.wheel) wheel_.push_back(*frame.wheel);
   }
 
   void finish() override {
-    for (TextFile* file : {poses_.get(), times_.get(), wheel_.get()})
+    for (TextFile* file : {poses_.get(), times_.get()})
       if (file != nullptr) file->close();
+    if (!wheel_.empty()) writeOdometryCsv((folder_ / "odometry.csv").string(), wheel_);
   }
 
  private:
@@ -106,10 +106,6 @@ class KittiSink : public TownSink {
     makeFolder(folder_ / "image_0");
     poses_ = std::make_unique<TextFile>(folder_ / "poses.txt");
     times_ = std::make_unique<TextFile>(folder_ / "times.txt");
-    if (!options_.wheel_noise.empty()) {
-      wheel_ = std::make_unique<TextFile>(folder_ / "odometry.csv");
-      *wheel_ << "frame,stamp,linear_x,angular_z\n";
-    }
     const TownCamera camera = options_.camera();
     TextFile calibration(folder_ / "calib.txt");
     for (int i = 0; i < 4; ++i) {
@@ -124,7 +120,8 @@ class KittiSink : public TownSink {
 
   TownOptions options_;
   fs::path folder_;
-  std::unique_ptr<TextFile> poses_, times_, wheel_;
+  std::unique_ptr<TextFile> poses_, times_;
+  std::vector<OdometrySample> wheel_;
 };
 
 class RecorderSink : public TownSink {

@@ -110,10 +110,23 @@ OdometrySample DriveSensors::wheel(std::size_t frame) const {
   const double sign = step.dot(now.linear().col(2)) < 0.0 ? -1.0 : 1.0;
   sample.speed = sign * step.norm() / dt;
   sample.yaw_rate = -wrapAngle(bearing(now) - bearing(before)) / dt;
-  if (!options_.wheel_noise.empty()) {
-    HashStream random(hashOf(seed_, 1, frame));
-    sample.speed = sample.speed * (1.0 + options_.wheel_noise[0]) + options_.wheel_noise[1] * random.normal();
-    sample.yaw_rate += options_.wheel_noise[2] * random.normal();
+  const auto given = [](const std::vector<double>& values, std::size_t i) {
+    return values.empty() ? 0.0 : values[i];
+  };
+  const double scale_error = given(options_.wheel_noise, 0);
+  const double sigma_speed =
+      std::hypot(given(options_.wheel_noise, 1), given(options_.wheel_slip, 0) * sample.speed);
+  const double sigma_turn = std::hypot(given(options_.wheel_noise, 2),
+                                       degreesToRadians(given(options_.wheel_slip, 1)) * sample.speed);
+  HashStream random(hashOf(seed_, 1, frame));
+  sample.speed = sample.speed * (1.0 + scale_error) + sigma_speed * random.normal();
+  sample.yaw_rate += sigma_turn * random.normal();
+  if (options_.wheel_covariance) {
+    // A robot on wheels moves neither sideways nor up, and does not tilt: there its error is small, not unknown.
+    constexpr double kOther = 1e-6;
+    sample.covariance = kOther * TwistCovariance::Identity();
+    (*sample.covariance)(0, 0) += std::pow(sigma_speed, 2) + std::pow(scale_error * sample.speed, 2);
+    (*sample.covariance)(5, 5) += std::pow(sigma_turn, 2);
   }
   return sample;
 }

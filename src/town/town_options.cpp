@@ -71,6 +71,11 @@ void TownOptions::validate() const {
   if (std::any_of(wheel_noise.begin() + (wheel_noise.empty() ? 0 : 1), wheel_noise.end(),
                   [](double sigma) { return !(sigma >= 0.0); }))
     throwBadValue("wheel_noise", printValue(wheel_noise), "standard deviations must not be negative");
+  checkCount("wheel_slip", wheel_slip, 2);
+  if (std::any_of(wheel_slip.begin(), wheel_slip.end(), [](double sigma) { return !(sigma >= 0.0); }))
+    throwBadValue("wheel_slip", printValue(wheel_slip), "standard deviations must not be negative");
+  if (wheel_covariance && !wheelOdometry())
+    throwBadValue("wheel_covariance", "true", "it needs wheel_noise or wheel_slip");
   if (origin.size() != 3)
     throwBadValue("origin", printValue(origin), "it must be 3 numbers with commas between");
   if (!(std::abs(origin[0]) < 89.0 && std::abs(origin[1]) <= 180.0 && std::abs(origin[2]) < 1e5))

@@ -36,7 +36,7 @@ TownSummary runTown(const TownOptions& options, TownSink& sink, const TownProgre
         options.other_light_after >= 0.0 && toSeconds(frame.stamp) >= options.other_light_after;
     frame.image = expose(renderer.renderFloat(frame.T_world_camera, traffic.at(i)), exposure, options.noise,
                          hashOf(seed, 100, i));
-    if (!options.wheel_noise.empty()) frame.wheel = sensors.wheel(i);
+    if (options.wheelOdometry()) frame.wheel = sensors.wheel(i);
     if (frame.stamp >= next_gps) {
       frame.gps = sensors.gps(i);
       next_gps += stampFromSeconds(1.0);

@@ -9,6 +9,7 @@
 #include <sensor_msgs/NavSatFix.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
@@ -152,6 +153,10 @@ void BagTownSink::writeSensors(const TownFrame& frame, Stamp stamp) {
     message.child_frame_id = "base_link";
     message.twist.twist.linear.x = frame.wheel->speed;
     message.twist.twist.angular.z = frame.wheel->yaw_rate;
+    if (frame.wheel->covariance) {
+      const TwistCovariance& covariance = *frame.wheel->covariance;
+      std::copy(covariance.data(), covariance.data() + covariance.size(), message.twist.covariance.begin());
+    }
     write("odom", stamp, message);
   }
 }

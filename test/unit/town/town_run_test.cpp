@@ -137,6 +137,28 @@ TEST(Sensors, WheelOdometryAddsUpToTheDrive) {
   EXPECT_NEAR(DriveSensors(drive, options).wheel(7).speed, 1.05 * sensors.wheel(7).speed, 1e-9);
 }
 
+TEST(Sensors, WheelOdometryErrsAsItsCovarianceSays) {
+  TownOptions options = smallOptions(600);
+  const Drive drive = planTownDrive(600);
+  options.wheel_slip = {0.0, 0.0};
+  const DriveSensors exact(drive, options);
+  options.wheel_slip = {0.02, 0.5};
+  options.wheel_covariance = true;
+  const DriveSensors slipping(drive, options);
+  double speed = 0.0;
+  double turn = 0.0;
+  for (std::size_t i = 1; i < drive.poses.size(); ++i) {
+    const OdometrySample sample = slipping.wheel(i);
+    ASSERT_TRUE(sample.covariance);
+    speed += std::pow(sample.speed - exact.wheel(i).speed, 2) / (*sample.covariance)(0, 0);
+    turn += std::pow(sample.yaw_rate - exact.wheel(i).yaw_rate, 2) / (*sample.covariance)(5, 5);
+  }
+  EXPECT_FALSE(exact.wheel(7).covariance);
+  const double samples = static_cast<double>(drive.poses.size() - 1);
+  EXPECT_NEAR(speed / samples, 1.0, 0.2);  // chi-squared: deviation sqrt(2 / n) = 0.06
+  EXPECT_NEAR(turn / samples, 1.0, 0.2);
+}
+
 TEST(Sensors, GpsFollowsTheEllipsoid) {
   // A degree of latitude at 45 degrees is 111131.8 m, of longitude 78846.8 m (WGS-84).
   const Eigen::Vector3d origin(45.0, 10.0, 0.0);
@@ -253,6 +275,8 @@ TEST(Options, ReadsAllFormsAndNamesWhatIsWrong) {
   fails({"--calibration", "1,2,3"}, "calibration: value 1,2,3 is not allowed: it must be 4 numbers");
   fails({"--distortion", "0.1"}, "distortion: value 0.1 is not allowed: it must be 5 numbers");
   fails({"--wheel-noise", "0,-1,0"}, "standard deviations must not be negative");
+  fails({"--wheel-slip", "0.02"}, "2 numbers");
+  fails({"--wheel-covariance"}, "wheel_noise or wheel_slip");
   fails({"--layout", "tum"}, "layout: value tum is not allowed: it must be kitti or recorder");
   fails({"--times", "t.txt"}, "times: value t.txt is not allowed: it needs a trajectory");
   fails({"--origin", "95,0,0"}, "origin: value 95,0,0");
