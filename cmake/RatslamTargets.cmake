@@ -5,16 +5,23 @@ function(ratslam_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow -Werror)
 endfunction()
 
-# Everything is built with address and undefined-behaviour sanitizers and a checking standard library. Clang also counts
-# what an input reaches (fuzzer-no-link), so that the programs of test/fuzz see into all libraries.
+# Everything is built with address and undefined-behaviour sanitizers, or with that of threads, and a checking standard
+# library. Clang also counts what an input reaches (fuzzer-no-link), so that the programs of test/fuzz see into all
+# libraries.
 macro(ratslam_sanitize)
-  set(sanitizers address,undefined)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
-    string(APPEND sanitizers ",fuzzer-no-link")
+  if(RATSLAM_SANITIZE STREQUAL "thread")
+    add_compile_options(-fsanitize=thread)
+    add_link_options(-fsanitize=thread)
+  else()
+    set(sanitizers address,undefined)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+      string(APPEND sanitizers ",fuzzer-no-link")
+    endif()
+    add_compile_options(-fsanitize=${sanitizers} -fno-sanitize-recover=undefined)
+    add_link_options(-fsanitize=address,undefined)
   endif()
-  add_compile_options(-fsanitize=${sanitizers} -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  add_compile_options(-fno-omit-frame-pointer)
   add_compile_definitions(_GLIBCXX_ASSERTIONS)
-  add_link_options(-fsanitize=address,undefined)
 endmacro()
 
 # The core for other CMake projects: find_package(ratslam) gives ratslam::ratslam, wherever the prefix is moved to.
@@ -71,7 +78,7 @@ endfunction()
 # test/fuzz, in sanitised builds: fuzz_replay runs all targets over their corpus; with clang ratslam_fuzz is the fuzzer,
 # told by RATSLAM_FUZZ_TARGET which target to feed.
 function(ratslam_fuzz_targets)
-  if(NOT RATSLAM_SANITIZE)
+  if(NOT RATSLAM_SANITIZE OR RATSLAM_SANITIZE STREQUAL "thread")
     return()
   endif()
   set(folder ${PROJECT_SOURCE_DIR}/test/fuzz)

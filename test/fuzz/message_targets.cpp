@@ -75,6 +75,7 @@ void cameraInfo(const Bytes& input) {
 /// The messages as they come from the wire: what ROS can take apart goes the way the nodes send it.
 template <class Message>
 bool fromWire(const Bytes& bytes, Message& message) {
+  if (bytes.empty()) return false;
   Bytes copy = bytes;
   try {
     ros::serialization::IStream stream(copy.data(), static_cast<std::uint32_t>(copy.size()));
@@ -87,7 +88,7 @@ bool fromWire(const Bytes& bytes, Message& message) {
 
 void events(const Bytes& input) {
   Reader reader(input);
-  PoseCellStage pose_cells{PoseCellParams{}};
+  PoseCellStage pose_cells{fewPoseCells()};
   MapStage map{ExperienceMapParams{}, true};
   ratslam_ros::OdometryQuality quality;  // of the next sample
   for (int count = 0; !reader.atEnd() && count < 100; ++count) {

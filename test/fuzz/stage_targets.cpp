@@ -50,7 +50,7 @@ OdometrySample sample(Reader& reader, Clock& clock) {
 void poseCellStage(const Bytes& input) {
   Reader reader(input);
   Clock clock;
-  PoseCellStage stage{PoseCellParams{}};
+  PoseCellStage stage{fewPoseCells()};
   for (int steps = 0; !reader.atEnd() && steps < 300; ++steps) {
     const auto what = reader.take<std::uint8_t>();
     if (what % 8 == 7) {
@@ -106,7 +106,7 @@ void mapStage(const Bytes& input) {
   const auto settings = reader.take<std::uint8_t>();
   ExperienceMapParams params;
   MapStage stage(params, settings % 2 == 1);
-  for (int steps = 0; !reader.atEnd() && steps < 300; ++steps) {
+  for (int steps = 0; !reader.atEnd() && steps < 100; ++steps) {
     const auto what = reader.take<std::uint8_t>();
     const auto created = static_cast<std::uint32_t>(stage.map().graph().experiences().size());
     mayRefuse([&] {  // as the node does, which drops what is refused
@@ -162,6 +162,13 @@ void planted(const Bytes& input) {
 }
 
 }  // namespace
+
+PoseCellParams fewPoseCells() {
+  PoseCellParams params;
+  params.n_xy = 9;
+  params.n_th = 12;
+  return params;
+}
 
 void requireFinite(const ExperienceMap& map) {
   for (const auto& trajectory : {map.onlineTrajectory(), map.finalTrajectory()}) {

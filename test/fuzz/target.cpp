@@ -35,8 +35,9 @@ void mayRefuse(const std::function<void()>& action) {
     said = error.what();
   }
   // The standard library's own words (stod, stoll) say nothing to a user.
-  const bool clear =
-      said.size() > 8 && said.find('\n') == std::string::npos && said.compare(0, 3, "sto") != 0;
+  const std::string last = said.substr(said.rfind(' ') + 1);
+  const bool of_library = last.size() < 6 && last.compare(0, 3, "sto") == 0;
+  const bool clear = said.size() > 8 && said.find('\n') == std::string::npos && !of_library;
   if (!clear) std::fprintf(stderr, "refused with: '%s'\n", said.c_str());
   require(clear, "a refusal is one line that says what is wrong");
 }

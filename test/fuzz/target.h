@@ -13,7 +13,8 @@
 
 namespace ratslam {
 class ExperienceMap;
-}
+struct PoseCellParams;
+}  // namespace ratslam
 
 namespace ratslam::fuzz {
 
@@ -42,6 +43,9 @@ void mayRefuse(const std::function<void()>& action);
 
 /// Aborts where a condition does not hold.
 void require(bool condition, const char* what);
+
+/// A network of few cells: what an input can do wrong does not hang on their number, the time it takes does.
+PoseCellParams fewPoseCells();
 
 /// Aborts where a pose of the map is not finite.
 void requireFinite(const ExperienceMap& map);

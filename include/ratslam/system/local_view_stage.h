@@ -107,6 +107,7 @@ class LocalViewStage {
     }
   };
 
+  void joinOldest();
   ViewMotion motionUntil(Stamp stamp);
   void process(const WaitingView& waiting, std::vector<ViewObservation>& seen);
 

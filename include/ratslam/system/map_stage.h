@@ -29,7 +29,9 @@ class MapStage {
   /// None is ever left out: the pose cells have numbered their experiences by them. One that is a little late
   /// counts as simultaneous with the one before. @return false where time has gone back
   bool addDecision(const TopologicalAction& action);
-  void addGeometry(const RecallGeometry& geometry) { geometry_[geometry.stamp] = geometry; }
+  /// Where no decision asks for so long that too much of it waits, the oldest is forgotten: a decision of its stamp
+  /// then counts as not measured.
+  void addGeometry(const RecallGeometry& geometry);
 
   /// Processes what has become possible. An action that names experiences that do not exist is refused, the map
   /// unharmed. @return stamps of the processed decisions, oldest first
@@ -42,6 +44,9 @@ class MapStage {
   std::vector<std::string> takeRefusals();
 
   std::size_t waitingDecisions() const { return gate_.size(); }
+  std::size_t waitingGeometry() const { return geometry_.size(); }
+  /// Geometry that was forgotten before a decision asked for it.
+  std::size_t forgottenGeometry() const { return forgotten_; }
   /// Where the robot is by all odometry that has come, ahead of the decisions.
   StampedPose latestPose() const;
   const OdometryTimeline& odometry() const { return gate_.odometry(); }
@@ -82,6 +87,7 @@ class MapStage {
   bool processOrRefuse(const TopologicalAction& action);
   TopologicalAction inNumbersOfTheMap(TopologicalAction action);
   std::optional<RecallGeometry> takeGeometry(Stamp stamp);
+  void thinOutWay();
   std::optional<Eigen::Vector3d> odometryAt(Stamp stamp) const;
 
   ExperienceMap map_;
@@ -95,9 +101,12 @@ class MapStage {
   OdometryStreamParams stream_;
   EventGate<TopologicalAction> gate_;
   std::map<Stamp, RecallGeometry> geometry_;
+  std::optional<Stamp> forgotten_until_;  ///< geometry up to here will never come
+  std::size_t forgotten_ = 0;
   bool started_ = false;
   std::uint64_t beginnings_ = 0;  ///< of the odometry's time, as far as the map has followed
-  /// Dead reckoning at each stamp, in the odometry's unit, for the ways that recall geometry compares with.
+  /// Dead reckoning at the stamp of each decision, in the odometry's unit, for the ways that recall geometry compares
+  /// with. Once there are too many, every other one of the older half goes.
   struct Waypoint {
     Stamp stamp = 0;
     Eigen::Vector3d place = Eigen::Vector3d::Zero();

@@ -7,7 +7,7 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <functional>
-#include <optional>
+#include <memory>
 #include <string>
 
 #include "ratslam/odometry/orb/orb_params.h"
@@ -34,7 +34,7 @@ class CameraMount {
   std::string base_frame_;
   OrbOdometryParams& params_;
   std::function<void()> known_;
-  std::optional<Transforms> transforms_;
+  std::unique_ptr<Transforms> transforms_;  // clang 14 takes no optional of it
   CountedWarning missing_;
   ros::WallTime since_;
   ros::WallTimer timer_;

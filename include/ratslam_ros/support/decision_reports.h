@@ -10,7 +10,8 @@ namespace ratslam {
 
 class DecisionReports {
  public:
-  /// To be called after every drain: refused decisions, and experiences that had to be made anew.
+  /// To be called after every drain: refused decisions, experiences that had to be made anew, and what
+  /// was forgotten because no decision came.
   void report(MapStage& stage);
   void timeWentBack();
 
@@ -19,6 +20,7 @@ class DecisionReports {
  private:
   CountedWarning refused_;
   CountedWarning recreated_;
+  CountedWarning forgotten_{60.0};
   CountedWarning time_went_back_;
 };
 

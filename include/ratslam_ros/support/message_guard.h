@@ -1,5 +1,5 @@
 /// What a callback throws about a message never ends a node: the message is dropped, counted, and told once in a
-/// while. The counts go to diagnostics once a second.
+/// while. So are messages that were lost on the way. The counts go to diagnostics once a second.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -10,6 +10,7 @@
 #include <string>
 
 #include "ratslam_ros/support/counted_warning.h"
+#include "ratslam_ros/support/send_queue.h"
 
 namespace ratslam {
 
@@ -27,25 +28,36 @@ class MessageGuard {
     return false;
   }
 
-  /// A subscription whose handler, which gets a message, may throw.
+  /// A subscription whose handler, which gets a message, may throw. Unless its queue is bounded, no message may be lost.
   template <class Message, class Handler>
   ros::Subscriber subscribe(ros::NodeHandle& handle, const std::string& topic, std::uint32_t queue_size,
                             Handler handler) {
-    return handle.subscribe<Message>(
-        topic, queue_size,
-        [this, name = handle.resolveName(topic), handler](const boost::shared_ptr<const Message>& message) {
-          run(name, [&] { handler(*message); });
-        });
+    using Event = ros::MessageEvent<const Message>;
+    const boost::function<void(const Event&)> callback = [this, name = handle.resolveName(topic), handler,
+                                                          bounded = queue_size > 0](const Event& event) {
+      const Message& message = *event.getConstMessage();
+      if (!bounded) number(name, event.getPublisherName(), message.header.seq);
+      run(name, [&] { handler(message); });
+    };
+    return handle.subscribe<Message>(topic, queue_size, callback);
   }
 
   /// Counts of messages dropped, to /diagnostics from here on. @param part  of the node, as diagnostics name it
   void publishCounts(const ros::NodeHandle& handle, const std::string& part = "messages");
 
   std::size_t dropped(const std::string& topic) const;
+  /// Takes note of the number that ROS gave a message.
+  void number(const std::string& topic, const std::string& publisher, std::uint32_t seq);
+  std::size_t lost(const std::string& topic) const;
 
  private:
+  struct Losses {
+    LossWatch watch;
+    CountedWarning warning;
+  };
   void publish();
 
+  std::map<std::string, Losses> losses_;
   std::map<std::string, CountedWarning> dropped_;
   std::string part_;
   ros::Publisher diagnostics_;

@@ -9,6 +9,7 @@
 
 #include "ratslam/common/parameter_map.h"
 #include "ratslam/common/text_file.h"
+#include "ratslam/common/yaml_check.h"
 
 namespace ratslam {
 namespace {
@@ -102,6 +103,7 @@ std::optional<YAML::Node> rootOfRosForm(const std::string& path) {
   const std::string head = "%YAML:";  // OpenCV's, no YAML to others
   if (text.compare(0, head.size(), head) == 0) text.insert(0, "#");
   try {
+    requireOneYamlDocument(text);
     const YAML::Node root = YAML::Load(text);
     if (root.IsMap() && root["camera_matrix"].IsDefined()) return root;
   } catch (const YAML::Exception&) {  // told, with its line, by whoever reads the other form

@@ -122,10 +122,12 @@ cv::Mat decodeRaw(const RawImage& image, const ImageLimits& limits) {
   requireAllowedSize(image.width, image.height, limits);
   const std::uint64_t row_bytes = std::uint64_t{image.width} * CV_ELEM_SIZE(encoding.type);
   const std::uint64_t needed = std::uint64_t{image.step} * (image.height - 1) + row_bytes;
-  if (image.step < row_bytes || needed > image.size) {
+  const bool whole_numbers = image.step % CV_ELEM_SIZE1(encoding.type) == 0;
+  if (image.step < row_bytes || needed > image.size || !whole_numbers) {
     throw BadImage("malformed image: " + sizeText(image.width, image.height) + " pixels of " +
-                   image.encoding + " in rows of " + std::to_string(image.step) + " bytes do not fit its " +
-                   std::to_string(image.size) + " bytes");
+                   image.encoding + " in rows of " + std::to_string(image.step) +
+                   (whole_numbers ? " bytes do not fit its " + std::to_string(image.size) + " bytes"
+                                  : " bytes, which is no number of whole pixels"));
   }
   const cv::Mat shared(static_cast<int>(image.height), static_cast<int>(image.width), encoding.type,
                        const_cast<std::uint8_t*>(image.data), image.step);

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "ratslam/common/text_file.h"
+#include "ratslam/common/yaml_check.h"
 
 namespace ratslam {
 namespace {
@@ -82,12 +83,8 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
   const std::string text = readText(path);
   ParameterMap map;
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1) {
-      throw std::runtime_error(path + ": holds " + std::to_string(documents.size()) +
-                               " documents, parted by '---'; a configuration is one");
-    }
-    const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
+    requireOneYamlDocument(text);
+    const YAML::Node root = YAML::Load(text);
     if (root.IsNull()) return map;
     if (!root.IsMap()) throw std::runtime_error(path + ": a configuration is a list of 'key: value' lines");
     for (const auto& entry : root) {

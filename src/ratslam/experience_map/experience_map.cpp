@@ -64,8 +64,8 @@ RelativePose levelled(const Eigen::Isometry3d& motion, const Eigen::Quaterniond&
 }
 
 /// Where the robot was after all at the samples of a corrected stretch, in its axes where the stretch begins:
-/// as the source says, else the course it was thought to have, with the error growing evenly in time. What has
-/// been driven since hangs on its end.
+/// as the source says, else the course it was thought to have, with an error that goes evenly from that of one
+/// sample of which the source speaks to that of the next. What has been driven since hangs on its end.
 class CourseOfWay {
  public:
   template <class PoseOf>
@@ -79,6 +79,14 @@ class CourseOfWay {
     const RelativePose end = levelled(correction.motion, tilt, with_height);
     const MapPose begin = pose_of(samples[first]);
     const RelativePose thought_end = between(begin, pose_of(samples[last]));
+    std::vector<Error> errors{{correction.from, {}}};
+    for (std::size_t k = first + 1; k < last; ++k) {
+      const auto known = said.find(samples[k].stamp);
+      if (known == said.end()) continue;
+      errors.push_back({known->first, minus(known->second, between(begin, pose_of(samples[k])))});
+    }
+    errors.push_back({correction.to, minus(end, thought_end)});
+    std::size_t next = 1;
     for (std::size_t k = first; k < samples.size(); ++k) {
       const auto known = said.find(samples[k].stamp);
       RelativePose pose = between(begin, pose_of(samples[k]));
@@ -87,12 +95,12 @@ class CourseOfWay {
         poses_.push_back({carried.x, carried.y, carried.z, carried.yaw});
         continue;
       }
-      const double share =
-          secondsBetween(correction.from, samples[k].stamp) / secondsBetween(correction.from, correction.to);
-      pose.x += share * (end.x - thought_end.x);
-      pose.y += share * (end.y - thought_end.y);
-      pose.z += share * (end.z - thought_end.z);
-      pose.yaw = wrapAngle(pose.yaw + share * wrapAngle(end.yaw - thought_end.yaw));
+      while (next + 1 < errors.size() && errors[next].stamp < samples[k].stamp) ++next;
+      const RelativePose error = blend(errors[next - 1], errors[next], samples[k].stamp);
+      pose.x += error.x;
+      pose.y += error.y;
+      pose.z += error.z;
+      pose.yaw = wrapAngle(pose.yaw + error.yaw);
       poses_.push_back(k == last ? end : known != said.end() ? known->second : pose);
     }
   }
@@ -100,6 +108,20 @@ class CourseOfWay {
   const RelativePose& at(std::size_t sample) const { return poses_[sample - first_]; }
 
  private:
+  /// By which what was thought was wrong.
+  struct Error {
+    Stamp stamp = 0;
+    RelativePose of;
+  };
+  static RelativePose minus(const RelativePose& a, const RelativePose& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z, wrapAngle(a.yaw - b.yaw)};
+  }
+  static RelativePose blend(const Error& a, const Error& b, Stamp stamp) {
+    const double share = secondsBetween(a.stamp, stamp) / secondsBetween(a.stamp, b.stamp);
+    const RelativePose whole = minus(b.of, a.of);
+    return {a.of.x + share * whole.x, a.of.y + share * whole.y, a.of.z + share * whole.z,
+            a.of.yaw + share * whole.yaw};
+  }
   static MapPose asPose(const RelativePose& pose) { return {pose.x, pose.y, pose.z, pose.yaw, 0.0}; }
 
   std::size_t first_;

@@ -6,6 +6,12 @@
 #include "ratslam/common/state.h"
 
 namespace ratslam {
+namespace {
+
+/// That wait for a view. Beyond, the oldest are added up: the camera is dead.
+constexpr std::size_t kMostCertainties = 20000;
+
+}  // namespace
 
 template <class Fields>
 void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
@@ -62,9 +68,20 @@ SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
     certainty.yaw_variance = (*sample.covariance)(5, 5) * dt * dt;
   }
   certainties_.push_back(certainty);
+  if (certainties_.size() > kMostCertainties) joinOldest();
   last_sample_ = sample.stamp;
   source_epoch_ = sample.epoch;
   return verdict;
+}
+
+void LocalViewStage::joinOldest() {
+  const Certainty oldest = certainties_.front();
+  certainties_.pop_front();
+  const auto add = [](std::optional<double>& to, const std::optional<double>& variance) {
+    to = to && variance ? std::optional<double>(*to + *variance) : std::nullopt;
+  };
+  add(certainties_.front().forward_variance, oldest.forward_variance);
+  add(certainties_.front().yaw_variance, oldest.yaw_variance);
 }
 
 EventVerdict LocalViewStage::addFrame(const ImageFrame& frame) {

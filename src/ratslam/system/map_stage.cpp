@@ -15,6 +15,8 @@ constexpr std::uint32_t kStateVersion = 2;
 constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
 
 constexpr std::uint32_t kMostExperiences = 100'000'000;
+constexpr std::size_t kMostGeometry = 20'000;  // that waits: the pose cells are dead
+constexpr std::size_t kMostWaypoints = 100'000;
 
 }  // namespace
 
@@ -35,14 +37,24 @@ bool MapStage::addDecision(const TopologicalAction& action) {
     verdict = gate_.addEvent(now);
   }
   const bool forward = verdict == EventVerdict::kAccepted;
+  if (!forward) forgotten_until_.reset();
   if (!forward) started_ = false;  // the map's clock is set anew: no motion, no time across the jump
   return forward;
+}
+
+void MapStage::addGeometry(const RecallGeometry& geometry) {
+  geometry_[geometry.stamp] = geometry;
+  if (geometry_.size() <= kMostGeometry) return;
+  forgotten_until_ = geometry_.begin()->first;
+  geometry_.erase(geometry_.begin());
+  ++forgotten_;
 }
 
 std::vector<Stamp> MapStage::drain() {
   std::vector<Stamp> processed;
   while (const TopologicalAction* next = gate_.ready()) {
-    if (wait_for_geometry_ && geometry_.count(next->stamp) == 0) break;
+    const bool will_come = !forgotten_until_ || next->stamp > *forgotten_until_;
+    if (wait_for_geometry_ && will_come && geometry_.count(next->stamp) == 0) break;
     const TopologicalAction action = *next;
     gate_.pop();
     if (processOrRefuse(action)) processed.push_back(action.stamp);
@@ -80,6 +92,7 @@ void MapStage::interrupt() {
   gate_ = EventGate<TopologicalAction>(use_height_, stream_);
   beginnings_ = 0;
   geometry_.clear();
+  forgotten_until_.reset();
   started_ = false;
 }
 
@@ -118,22 +131,24 @@ void MapStage::load(const State& state) {
 
 void MapStage::process(const TopologicalAction& action) {
   changes_.applyBefore(action.stamp, map_);
-  if (!started_ || beginnings_ != gate_.beginnings()) {
+  if (!started_ || way_.empty() || beginnings_ != gate_.beginnings()) {
     const Stamp start = gate_.clockStart().value_or(action.stamp);
     map_.start(start);
     way_.assign(1, Waypoint{start, way_.empty() ? Eigen::Vector3d(0, 0, 0) : way_.back().place});
     started_ = true;
     beginnings_ = gate_.beginnings();
   }
+  Waypoint here = way_.back();
   for (const TimedStep& timed : gate_.motionUntil(action.stamp)) {
     map_.integrate(timed.end, timed.step);
     if (timed.correction) map_.correct(*timed.correction);
-    if (wait_for_geometry_) {
-      way_yaw_ = wrapAngle(way_yaw_ + timed.step.rotation);
-      const Eigen::Vector3d moved(timed.step.forward, timed.step.left, timed.step.up);
-      way_.push_back(
-          {timed.end, way_.back().place + Eigen::AngleAxisd(way_yaw_, Eigen::Vector3d::UnitZ()) * moved});
-    }
+    way_yaw_ = wrapAngle(way_yaw_ + timed.step.rotation);
+    const Eigen::Vector3d moved(timed.step.forward, timed.step.left, timed.step.up);
+    here = {timed.end, here.place + Eigen::AngleAxisd(way_yaw_, Eigen::Vector3d::UnitZ()) * moved};
+  }
+  if (wait_for_geometry_ && here.stamp > way_.back().stamp) {
+    way_.push_back(here);
+    thinOutWay();
   }
   const std::optional<RecallGeometry> geometry = takeGeometry(action.stamp);
   if (action.kind == ActionKind::kNone) return;
@@ -206,12 +221,25 @@ std::optional<RecallGeometry> MapStage::takeGeometry(Stamp stamp) {
   return geometry;
 }
 
+void MapStage::thinOutWay() {
+  if (way_.size() <= kMostWaypoints) return;
+  std::size_t kept = 1;
+  for (std::size_t k = 2; k < way_.size(); ++k) {
+    if (k % 2 == 0 || k > way_.size() / 2) way_[kept++] = way_[k];
+  }
+  way_.resize(kept);
+}
+
 std::optional<Eigen::Vector3d> MapStage::odometryAt(Stamp stamp) const {
   const auto found =
       std::lower_bound(way_.begin(), way_.end(), stamp,
                        [](const Waypoint& waypoint, Stamp wanted) { return waypoint.stamp < wanted; });
-  if (found == way_.end() || found->stamp != stamp) return std::nullopt;
-  return found->place;
+  if (found == way_.end()) return std::nullopt;
+  if (found->stamp == stamp) return found->place;
+  if (found == way_.begin()) return std::nullopt;
+  const Waypoint& before = *std::prev(found);
+  const double share = secondsBetween(before.stamp, stamp) / secondsBetween(before.stamp, found->stamp);
+  return before.place + share * (found->place - before.place);
 }
 
 }  // namespace ratslam

@@ -54,7 +54,8 @@ class Checker {
 
   void run() {
     const std::string version = "#ROSBAG V2.0\n";
-    if (read(0, version.size()) != version) return;  // whatever it is, rosbag says it
+    // What only resembles it rosbag might take for a bag of another kind, whose lengths nobody has checked.
+    if (read(0, version.size()) != version) refuse(0, "it does not begin with #ROSBAG V2.0");
     for (std::uint64_t at = version.size(); at < size_;) at = checkRecord(at);
     for (const std::uint64_t chunk : named_chunks_) {
       if (chunks_.count(chunk) == 0) refuse(chunk, "no chunk is where the index names one");

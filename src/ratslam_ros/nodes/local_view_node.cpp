@@ -5,6 +5,7 @@
 #include "ratslam/view/composite.h"
 #include "ratslam/view/draw_local_view.h"
 #include "ratslam_ros/support/conversions.h"
+#include "ratslam_ros/support/send_queue.h"
 
 namespace ratslam {
 
@@ -30,9 +31,10 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       tuning_(handle, own, parameters, stage_) {
   if (!stage_.needsCamera()) resume();
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
-  outputs_.push_back(handle.advertise<ratslam_ros::ViewTemplate>(topic("LocalView/Template"), 0));
+  outputs_.push_back(handle.advertise<ratslam_ros::ViewTemplate>(topic("LocalView/Template"), kSendQueue));
   if (stage_.needsCamera()) {
-    outputs_.push_back(handle.advertise<ratslam_ros::RecallGeometry>(topic("LocalView/RecallGeometry"), 0));
+    outputs_.push_back(
+        handle.advertise<ratslam_ros::RecallGeometry>(topic("LocalView/RecallGeometry"), kSendQueue));
   }
   commands_.advertise(handle, topic("LocalView/Command"));
   gate_.emplace(handle, own, outputs_, params_.wait_for_subscribers, [this] { start(); });

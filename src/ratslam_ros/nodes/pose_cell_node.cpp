@@ -4,6 +4,7 @@
 
 #include "ratslam/view/composite.h"
 #include "ratslam_ros/support/conversions.h"
+#include "ratslam_ros/support/send_queue.h"
 
 namespace ratslam {
 
@@ -14,9 +15,9 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       checkpoints_(params_, "pose_cells", partParameters<PoseCellParams>(parameters)),
       commands_(checkpoints_, actions()),
       action_publisher_(handle.advertise<ratslam_ros::TopologicalAction>(
-          topicName(params_.topic_root, "PoseCell/TopologicalAction"), 0)),
-      state_publisher_(
-          handle.advertise<ratslam_ros::PoseCellState>(topicName(params_.topic_root, "PoseCell/State"), 0)),
+          topicName(params_.topic_root, "PoseCell/TopologicalAction"), kSendQueue)),
+      state_publisher_(handle.advertise<ratslam_ros::PoseCellState>(
+          topicName(params_.topic_root, "PoseCell/State"), kSendQueue)),
       picture_(handle, topicName(params_.topic_root, "PoseCell/Activity")),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {

@@ -17,7 +17,7 @@ CameraMount::CameraMount(const ros::NodeHandle& handle, const std::string& base_
     known_();
     return;
   }
-  transforms_.emplace(handle);
+  transforms_ = std::make_unique<Transforms>(handle);
   timer_ = handle.createWallTimer(kPollPeriod, [this](const ros::WallTimerEvent&) { look(); });
 }
 

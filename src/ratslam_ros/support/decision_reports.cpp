@@ -9,6 +9,11 @@ void DecisionReports::report(MapStage& stage) {
   while (recreated_.count() < stage.recreated()) {
     recreated_.report("the pose cells know an experience that this map does not: it is made anew");
   }
+  if (forgotten_.count() < stage.forgottenGeometry()) {
+    forgotten_.report(
+        "recall geometry forgotten, no decision of the pose cells has asked for it: they are silent",
+        stage.forgottenGeometry());
+  }
 }
 
 void DecisionReports::timeWentBack() {

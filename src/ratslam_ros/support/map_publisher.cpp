@@ -11,6 +11,7 @@
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/map_messages.h"
 #include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/send_queue.h"
 
 namespace ratslam {
 
@@ -23,14 +24,14 @@ MapPublisher::MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bo
   map_ = handle.advertise<ratslam_ros::TopologicalMap>(topic("ExperienceMap/Map"), 1, latched);
   marker_ = handle.advertise<visualization_msgs::Marker>(topic("ExperienceMap/MapMarker"), 1, latched);
   path_ = handle.advertise<nav_msgs::Path>(topic("ExperienceMap/PathToGoal"), 1, latched);
-  robot_pose_ = handle.advertise<geometry_msgs::PoseStamped>(topic("ExperienceMap/RobotPose"), 0);
+  robot_pose_ = handle.advertise<geometry_msgs::PoseStamped>(topic("ExperienceMap/RobotPose"), kSendQueue);
   robot_pose_with_covariance_ = handle.advertise<geometry_msgs::PoseWithCovarianceStamped>(
-      topic("ExperienceMap/RobotPoseWithCovariance"), 0);
+      topic("ExperienceMap/RobotPoseWithCovariance"), kSendQueue);
   if (params_.publish_tf && params_.map_frame.empty()) {
     ROS_INFO("map_frame is empty: the transform from the map to the odometry is not broadcast");
     params_.publish_tf = false;
   }
-  if (with_scale) scale_ = handle.advertise<std_msgs::Float64>(topic("ExperienceMap/Scale"), 0);
+  if (with_scale) scale_ = handle.advertise<std_msgs::Float64>(topic("ExperienceMap/Scale"), kSendQueue);
 }
 
 std_msgs::Header MapPublisher::header() const {

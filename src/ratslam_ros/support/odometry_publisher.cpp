@@ -4,6 +4,7 @@
 
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/node_parameters.h"
+#include "ratslam_ros/support/send_queue.h"
 
 namespace ratslam {
 namespace {
@@ -17,9 +18,9 @@ std::uint32_t epochFrom(Stamp first) {
 
 OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params)
     : params_(params),
-      quality_publisher_(
-          handle.advertise<ratslam_ros::OdometryQuality>(topicName(params.topic_root, "odom_quality"), 0)),
-      publisher_(handle.advertise<nav_msgs::Odometry>(topicName(params.topic_root, "odom"), 0)) {}
+      quality_publisher_(handle.advertise<ratslam_ros::OdometryQuality>(
+          topicName(params.topic_root, "odom_quality"), kSendQueue)),
+      publisher_(handle.advertise<nav_msgs::Odometry>(topicName(params.topic_root, "odom"), kSendQueue)) {}
 
 void OdometryPublisher::save(State& state) const {
   state.set("last_stamp", last_stamp_);

@@ -56,6 +56,12 @@ TEST(RawDecoding, SizesAreCheckedIn64Bits) {
   EXPECT_NE(refusal([&] { decodeRaw(raw("mono8", 0, 60, 160, few)); }), "");
 }
 
+TEST(RawDecoding, RowsOfHalfPixelsAreMalformed) {
+  const Bytes data(100);
+  EXPECT_NE(refusal([&] { decodeRaw(raw("mono16", 4, 3, 9, data)); }).find("malformed"), std::string::npos);
+  EXPECT_NE(refusal([&] { decodeRaw(raw("16UC1", 1, 1, 3, data)); }).find("malformed"), std::string::npos);
+}
+
 TEST(RawDecoding, TheLastRowNeedsNoPadding) {
   Bytes data(3 * 8 + 4);
   for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::uint8_t>(i);

@@ -173,6 +173,38 @@ TEST(OdometryThatSays, ACorrectionTakesThePlaceOfThePrediction) {
   }
 }
 
+/// A long stretch whose source has kept only some of its samples: the others lie between them, on a smooth way.
+TEST(OdometryThatSays, WhatACorrectionLeavesOutLiesBetweenWhatItSays) {
+  ExperienceMap map(params());
+  map.start(0);
+  for (int k = 1; k <= 41; ++k) {
+    OdometryStep driven = step(1.0, 0.0, 1.0, 0.3);
+    driven.bridged = k > 1 && k < 41;
+    map.integrate(k * kTick, driven);
+    if (k == 1) map.apply(action(ActionKind::kCreateNode, 0, 0));
+  }
+  // It drove half a circle after all, to the left.
+  const auto trueMotion = [](int k) {
+    const double angle = kPi * (k - 1) / 40.0;
+    return Eigen::Isometry3d(
+        Eigen::Translation3d(10.0 * std::sin(angle), 10.0 - 10.0 * std::cos(angle), 0.0) *
+        Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
+  };
+  OdometryCorrection correction;
+  correction.from = kTick;
+  correction.to = 41 * kTick;
+  correction.motion = trueMotion(41);
+  correction.covariance = 1e-4 * TwistCovariance::Identity();
+  for (int k = 5; k < 41; k += 4) correction.way.push_back({k * kTick, trueMotion(k)});
+  map.correct(correction);
+  const auto path = map.finalTrajectory();
+  for (std::size_t k = 1; k < path.size(); ++k) {
+    const Eigen::Vector3d place = trueMotion(static_cast<int>(path[k].stamp / kTick)).translation();
+    EXPECT_NEAR(path[k].pose.x - 1.0, place.x(), 0.15) << k;  // a metre before it
+    EXPECT_NEAR(path[k].pose.y, place.y(), 0.15) << k;
+  }
+}
+
 TEST(OdometryThatSays, ACorrectionOfUnknownTimesIsLeftOut) {
   ExperienceMap map(params());
   map.start(0);

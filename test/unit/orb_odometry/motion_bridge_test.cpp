@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/common/state.h"
 #include "ratslam/odometry/orb/map_initialiser.h"
 #include "street_scene.h"
 
@@ -113,6 +114,61 @@ TEST_F(GapBeforeATurn, TurnBetweenFramesIsKnownOnlyWhereAllAreConnected) {
   EXPECT_FALSE(bridge_.turnSince(0, next)) << "the gap lies between";
   next.seen.reset();
   EXPECT_FALSE(bridge_.turnSince(stampFromSeconds(kGap), next));
+}
+
+/// Images that show something now and then, for hours, and no map: 10 a second.
+TEST(LongBridge, TakesABoundedAmountOfMemoryAndStillSpansTheWholeTime) {
+  const auto bridgeOf = [](int samples, bool connected) {
+    MotionBridge bridge(0, RigidTransform{}, nullptr);
+    for (int i = 1; i <= samples; ++i) {
+      MotionBridge::Step step;
+      step.stamp = stampFromSeconds(kFrame * i);
+      step.pose.translation.z() = 0.001 * i;
+      if (connected) {
+        step.seen = UncertainMotion{};
+        step.seen->motion.translation = Eigen::Vector3d::UnitZ();
+        step.seen->covariance = 1e-9 * Matrix6::Identity();
+      }
+      auto frame = std::make_shared<Frame>();
+      frame->stamp = step.stamp;
+      bridge.add(step, frame);
+    }
+    return bridge;
+  };
+  for (const bool connected : {false, true}) {
+    std::size_t bytes[2] = {};
+    for (const int hours : {1, 4}) {
+      const int samples = hours * 36000;
+      const MotionBridge bridge = bridgeOf(samples, connected);
+      const Stamp end = stampFromSeconds(kFrame * samples);
+      Vector6 slow = Vector6::Zero();
+      slow(2) = 0.01;
+      RigidTransform there;
+      there.translation.z() = 0.001 * samples;
+      const auto way = bridge.layOut({{end, there}}, slow, slow);
+      ASSERT_FALSE(way.empty());
+      EXPECT_LT(way.size(), 5000U);
+      for (std::size_t i = 0; i < way.size(); ++i) {
+        ASSERT_LT(i > 0 ? way[i - 1].stamp : 0, way[i].stamp);
+        ASSERT_NEAR(way[i].pose.translation.z(), 0.01 * toSeconds(way[i].stamp), 0.1) << i;
+      }
+      EXPECT_GT(way.back().stamp, end - stampFromSeconds(1.0));
+      EXPECT_LE(bridge.frames().size(), 41U);
+      Frame frame;
+      frame.stamp = end;
+      WorkerPool workers(1);
+      MotionHistory history(1.0);
+      for (int i = -20; i <= 0; ++i) history.add(stampFromSeconds(kFrame * i), slow);
+      const UncertainMotion motion = bridge.motionTo(test::smallCamera(), frame, slow, history, workers);
+      EXPECT_NEAR(motion.motion.translation.z(), 0.001 * samples, 0.01 * 0.001 * samples);
+      EXPECT_TRUE(motion.covariance.allFinite());
+      State state;
+      FramesToSave none;
+      bridge.save(state, none);
+      bytes[hours == 1 ? 0 : 1] = state.toBytes().size();
+    }
+    EXPECT_LT(bytes[1], bytes[0] * 3 / 2);
+  }
 }
 
 TEST(MapInitialiser, AMapThatTurnsOtherwiseThanTheFramesIsNone) {

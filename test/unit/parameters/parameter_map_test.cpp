@@ -137,7 +137,21 @@ TEST_F(ParameterMapTest, ASecondDocumentIsNotPassedOver) {
     ParameterMap::fromYaml(file("a.yaml", "count: 1\n---\ncount: 2\n"));
     FAIL();
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("a.yaml: holds 2 documents"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("a.yaml:2: a second document"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(ParameterMapTest, WhatYamlWouldReadWithoutEndIsNamedByItsLine) {
+  const std::string deep(100'000, '[');
+  for (const std::string& bad :
+       {std::string(",\n"), std::string(",[general]\nsize=30\n"), "a: " + deep, deep}) {
+    try {
+      ParameterMap::fromYaml(file("a.yaml", bad));
+      FAIL() << bad.substr(0, 40);
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("a.yaml:1: "), std::string::npos) << error.what();
+    }
   }
 }
 

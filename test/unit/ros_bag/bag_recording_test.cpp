@@ -160,6 +160,10 @@ TEST_F(BagRecordingTest, UnusableFilesAreRefusedWithAReason) {
   std::ofstream(path("text.bag")) << "stamp,x,y\n1,2,3\n";
   expectParts(open(path("text.bag")), {"text.bag", "not a readable bag"});
 
+  // rosbag takes it for a bag and asks for 3 GB.
+  std::ofstream(path("nearly.bag"), std::ios::binary) << "#ROS. V2.0\n\xc0\xc0\xc0\xc0\xc0";
+  expectParts(open(path("nearly.bag")), {"nearly.bag", "not a readable bag", "#ROSBAG V2.0"});
+
   { rosbag::Bag bag(path("no_messages.bag"), rosbag::bagmode::Write); }
   expectParts(open(path("no_messages.bag")), {"no messages at all"});
 

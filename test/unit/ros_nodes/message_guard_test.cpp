@@ -27,6 +27,23 @@ TEST(MessageGuard, CountsWhatWasDroppedByTopicAndGoesOn) {
   EXPECT_EQ(guard.dropped("/view"), 0U);
 }
 
+TEST(MessageGuard, CountsWhatNeverCameByTheNumbersOfEachPublisher) {
+  MessageGuard guard;
+  guard.number("/view", "/lv", 7);  // whatever went before it joined
+  guard.number("/view", "/lv", 8);
+  EXPECT_EQ(guard.lost("/view"), 0U);
+  guard.number("/view", "/lv", 20);
+  guard.number("/view", "/other", 500);
+  guard.number("/view", "/lv", 21);
+  EXPECT_EQ(guard.lost("/view"), 11U);
+  guard.number("/view", "/lv", 0);  // it was started again
+  guard.number("/view", "/lv", 1);
+  guard.number("/odom", "/nodelet", 0);  // within a process nobody counts
+  guard.number("/odom", "/nodelet", 0);
+  EXPECT_EQ(guard.lost("/view"), 11U);
+  EXPECT_EQ(guard.lost("/odom"), 0U);
+}
+
 TEST(Conversions, NumbersThatAreNotFiniteAreRefused) {
   ratslam_ros::ViewTemplate view;
   view.relative_rad = kNaN;

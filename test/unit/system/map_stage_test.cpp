@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 namespace {
 
@@ -34,6 +36,66 @@ TEST(MapStage, ADecisionThatIsRefusedTakesNoneOfTheOthersAlong) {
   EXPECT_NE(refusals.front().find("77"), std::string::npos) << refusals.front();
   EXPECT_TRUE(stage.takeRefusals().empty());
   EXPECT_EQ(stage.map().graph().experiences().size(), 3U);
+}
+
+OdometrySample sampleAt(Stamp stamp, double speed) {
+  OdometrySample sample;
+  sample.stamp = stamp;
+  sample.speed = speed;
+  return sample;
+}
+
+RecallGeometry geometryAt(Stamp stamp) {
+  RecallGeometry geometry;
+  geometry.stamp = stamp;
+  return geometry;
+}
+
+std::size_t bytesOf(const MapStage& stage) {
+  State state;
+  stage.save(state);
+  return state.toBytes().size();
+}
+
+TEST(MapStage, GeometryThatNoDecisionAsksForIsBoundedAndTheMapGoesOn) {
+  constexpr int kSilent = 50'000;  // images while the pose cells are dead
+  MapStage stage(ExperienceMapParams{}, true);
+  stage.addOdometry(sampleAt(0, 1.0));
+  for (int second = 1; second <= kSilent; ++second) {
+    stage.addOdometry(sampleAt(second * kSecond, 1.0));
+    stage.addGeometry(geometryAt(second * kSecond));
+  }
+  EXPECT_LE(stage.waitingGeometry(), 20'000U);
+  EXPECT_EQ(stage.forgottenGeometry() + stage.waitingGeometry(), static_cast<std::size_t>(kSilent));
+  EXPECT_LT(bytesOf(stage), 20'000'000U);
+  // The pose cells are back: what they still had counts as not measured, what is new waits for its geometry.
+  stage.addDecision(action(10 * kSecond, ActionKind::kCreateNode, 0, 0));
+  stage.addDecision(action((kSilent - 1) * kSecond, ActionKind::kCreateNode, 0, 1));
+  stage.addDecision(action((kSilent + 1) * kSecond, ActionKind::kCreateNode, 1, 2));
+  stage.addOdometry(sampleAt((kSilent + 1) * kSecond, 1.0));
+  EXPECT_EQ(stage.drain(), (std::vector<Stamp>{10 * kSecond, (kSilent - 1) * kSecond}));
+  stage.addGeometry(geometryAt((kSilent + 1) * kSecond));
+  EXPECT_EQ(stage.drain(), (std::vector<Stamp>{(kSilent + 1) * kSecond}));
+  EXPECT_EQ(stage.waitingGeometry(), 0U);
+}
+
+TEST(MapStage, AFastOdometryDoesNotMakeItLarger) {
+  const auto bytesAfterTenMinutes = [](int samples_a_second) {
+    ExperienceMapParams params;
+    params.exp_trajectory_poses = 1000;
+    MapStage stage(params, true);
+    for (int k = 0; k <= 600 * samples_a_second; ++k) {
+      const Stamp stamp = k * kSecond / samples_a_second;
+      stage.addOdometry(sampleAt(stamp, 0.0));
+      if (k % samples_a_second != 0) continue;
+      stage.addDecision(action(stamp + 1, k == 0 ? ActionKind::kCreateNode : ActionKind::kNone, 0, 0));
+      stage.addGeometry(geometryAt(stamp + 1));
+      stage.drain();
+    }
+    EXPECT_LE(stage.waitingDecisions(), 1U);
+    return bytesOf(stage);
+  };
+  EXPECT_LT(bytesAfterTenMinutes(100), bytesAfterTenMinutes(2) + 200'000) << "a second of samples waits";
 }
 
 }  // namespace

@@ -8,6 +8,9 @@
 /// one to the other is measured; where nothing does, as across a gap, the turn rates at both ends fill it
 /// (motion_history.h). The speed changes evenly from the one before the stretch to the one after it.
 ///
+/// However long it lasts, it takes a bounded amount of memory and time: the older half of the samples and of the chain
+/// is joined two by two whenever there are too many of them.
+///
 /// All poses are those of the camera in one frame of reference, the odometry's.
 #pragma once
 
@@ -120,6 +123,8 @@ class MotionBridge {
   Matrix6 covarianceAlong(std::size_t link, const RigidTransform& motion, const Vector6& before,
                           const Vector6& after, bool known_before) const;
   void thinOutFrames();
+  void thinOutSamples();
+  static Link joined(const Link& first, const Link& second);
 
   StampedPoseOfCamera from_;
   std::vector<Sample> way_;

@@ -9,6 +9,7 @@ namespace {
 constexpr double kFarApart = 0.5;           // [s]
 constexpr double kOneEnd = 4.0;             // of a random walk that is known at one end only, of its variance
 constexpr std::ptrdiff_t kMostFrames = 40;  // kept: an image pyramid is large
+constexpr std::size_t kMostSamples = 4000;  // minutes without a map: then every place is a guess
 
 }  // namespace
 
@@ -56,14 +57,15 @@ void MotionBridge::add(const Step& step, std::shared_ptr<const Frame> frame) {
   }
   way_.push_back({step.stamp, step.pose, std::move(frame)});
   thinOutFrames();
+  thinOutSamples();
 }
 
 std::optional<UncertainTurn> MotionBridge::turnSince(Stamp earlier, const Step& step) const {
   if (!step.seen || earlier > lastFrameStamp()) return std::nullopt;
   UncertainMotion motion;
   for (const Link& link : links_) {
-    if (link.begin < earlier) continue;
-    if (!link.seen) return std::nullopt;
+    if (link.end <= earlier) continue;
+    if (!link.seen || link.begin < earlier) return std::nullopt;
     motion = compose(motion, *link.seen);
   }
   motion = compose(motion, *step.seen);
@@ -141,6 +143,13 @@ UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& f
     const RigidTransform link = along(count, before, after, whole);
     motion = compose(motion, {link, covarianceAlong(count, link, before, after, !history.empty())});
   }
+  if (count < links_.size() && links_[count].begin < frame.stamp) {  // one that was joined over the frame
+    const Link& over = links_[count];
+    const double share = secondsBetween(over.begin, frame.stamp) / secondsBetween(over.begin, over.end);
+    const RigidTransform link = along(count, before, after, whole);
+    motion = compose(motion, {expTransform(share * logTransform(link)),
+                              covarianceAlong(count, link, before, after, !history.empty())});
+  }
   // The speed errs all along the way in the same direction.
   double variance = history.speedDiffusion() * std::pow(whole, 3) / 12.0;
   if (history.empty()) variance *= kOneEnd;
@@ -186,6 +195,47 @@ void MotionBridge::thinOutFrames() {
     if (drop) sample.frame.reset();
     drop = !drop;
   }
+}
+
+void MotionBridge::thinOutSamples() {
+  if (way_.size() > kMostSamples) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < way_.size(); ++k) {
+      if (k % 2 == 1 || k > way_.size() / 2 || way_[k].frame) way_[kept++] = way_[k];
+    }
+    way_.resize(kept);
+  }
+  if (links_.size() > kMostSamples) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const bool join = k + 1 < links_.size() / 2;
+      links_[kept++] = join ? joined(links_[k], links_[k + 1]) : links_[k];
+      k += join ? 1 : 0;
+    }
+    links_.resize(kept);
+  }
+}
+
+/// Not seen where one of them is not.
+MotionBridge::Link MotionBridge::joined(const Link& first, const Link& second) {
+  Link both{first.begin, second.end, std::nullopt};
+  if (!first.seen || !second.seen) return both;
+  // Both at the same speed: the way of the whole is 1 again.
+  const double whole = secondsBetween(both.begin, both.end);
+  const auto scaled = [whole](const Link& link) {
+    const double share = secondsBetween(link.begin, link.end) / whole;
+    UncertainMotion part = *link.seen;
+    Matrix6 scaling = Matrix6::Identity();
+    scaling.topLeftCorner<3, 3>() *= share;
+    part.motion.translation *= share;
+    part.covariance = scaling * part.covariance * scaling;
+    return part;
+  };
+  both.seen = compose(scaled(first), scaled(second));
+  const double length = both.seen->motion.translation.norm();
+  if (!(length > 0.0)) return {both.begin, both.end, std::nullopt};
+  both.seen->motion.translation /= length;
+  return both;
 }
 
 std::vector<StampedPoseOfCamera> MotionBridge::layOut(const std::vector<StampedPoseOfCamera>& known,

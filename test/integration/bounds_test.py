@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+"""Whoever stands still takes no memory of the others without end; what was lost is said; all go on afterwards."""
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+from ratslam_ros.msg import PoseCellState, RecallGeometry, ViewTemplate
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import harness  # noqa: E402  (lies beside this file)
+
+MESSAGES = 30000  # more than a publisher keeps and sockets hold
+
+
+def resident_mb(node):
+    with open(f"/proc/{node.process.pid}/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+class Bounds(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp()
+        cls.config = os.path.join(cls.folder, "config.yaml")
+        harness.write_config(cls.config)
+        rospy.init_node("bounds_test")
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        self.nodes = []
+        self.root = "/" + self.id().rsplit(".", 1)[-1]
+
+    def tearDown(self):
+        for node in self.nodes:
+            if node.process.poll() is None:
+                node.process.send_signal(signal.SIGCONT)
+                node.interrupt()
+
+    def start(self, name, *arguments, **parameters):
+        node = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", *arguments,
+                                  topic_root=self.root, **parameters)
+        self.nodes.append(node)
+        return node
+
+    def publisher(self, topic, kind, subscribers):
+        publisher = rospy.Publisher(self.root + "/" + topic, kind, queue_size=None)
+        self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() >= subscribers), topic)
+        return publisher
+
+    def feed(self, begin, end, odometry, views):
+        """Odometry and views to the pose cells, a thousand at a time."""
+        for index in range(begin, end):
+            at = harness.START_NS + index * harness.FRAME_PERIOD_NS
+            for publisher in odometry:
+                publisher.publish(harness.odometry_message(at))
+            view = ViewTemplate(current_id=index % harness.LAP_FRAMES)
+            view.header.stamp = harness.stamp(at)
+            views.publish(view)
+            if index % 1000 == 999:
+                self.assertTrue(harness.wait_until(lambda: len(self.states) >= index + 1, 60.0), len(self.states))
+
+    def test_a_subscriber_that_stands_still(self):
+        self.states = []
+        rospy.Subscriber(self.root + "/PoseCell/State", PoseCellState, self.states.append, queue_size=None)
+        pose_cells = self.start("ratslam_pc")
+        # With an odometry of its own: this test would wait for it as long as it sleeps.
+        sleeper = self.start("ratslam_em", f"{self.root}/odom:={self.root}/odom_of_sleeper", sync_timeout=0.5)
+        odometry = self.publisher("odom", Odometry, 1)
+        for_sleeper = self.publisher("odom_of_sleeper", Odometry, 1)
+        views = self.publisher("LocalView/Template", ViewTemplate, 1)
+        poses = []
+        rospy.Subscriber(self.root + "/ExperienceMap/RobotPose", PoseStamped, poses.append, queue_size=None)
+        self.feed(0, 1000, (odometry, for_sleeper), views)
+        self.assertTrue(harness.wait_until(lambda: len(poses) > 10), sleeper.output())
+        sleeper.process.send_signal(signal.SIGSTOP)
+        sizes = []
+        for part in range(3):
+            self.feed(1000 + part * MESSAGES, 1000 + (part + 1) * MESSAGES, (odometry,), views)
+            sizes.append(resident_mb(pose_cells))
+        self.assertLess(sizes[2] - sizes[1], 3.0, sizes)
+        before = len(poses)
+        sleeper.process.send_signal(signal.SIGCONT)
+        self.assertTrue(sleeper.said(r"PoseCell/State: messages of .* were lost: this node did not read them in time"),
+                        sleeper.output())
+        self.feed(1000 + 3 * MESSAGES, 2000 + 3 * MESSAGES, (odometry, for_sleeper), views)
+        self.assertTrue(harness.wait_until(lambda: len(poses) > before + 10, 30.0), sleeper.output())
+        newest = self.states[-1].header.stamp
+        self.assertTrue(harness.wait_until(lambda: poses[-1].header.stamp == newest, 60.0), sleeper.output())
+
+    def test_geometry_while_the_pose_cells_are_dead(self):
+        node = self.start("ratslam_em", vt_verify="orb")
+        odometry = self.publisher("odom", Odometry, 1)
+        geometry = self.publisher("LocalView/RecallGeometry", RecallGeometry, 1)
+        sizes = []
+        for index in range(2 * MESSAGES):
+            at = harness.START_NS + index * harness.FRAME_PERIOD_NS
+            odometry.publish(harness.odometry_message(at))
+            message = RecallGeometry()
+            message.header.stamp = harness.stamp(at)
+            geometry.publish(message)
+            if index % MESSAGES == MESSAGES - 1:
+                time.sleep(3.0)
+                sizes.append(resident_mb(node))
+        self.assertLess(sizes[1] - sizes[0], 5.0, sizes)
+        self.assertTrue(node.said(r"recall geometry forgotten"), node.output())
+
+
+if __name__ == "__main__":
+    rostest.rosrun("ratslam_ros", "bounds", Bounds, sys.argv)

@@ -1,0 +1,44 @@
+#include "ratslam/system/local_view_stage.h"
+
+#include <gtest/gtest.h>
+
+#include "ratslam/common/state.h"
+
+namespace ratslam {
+namespace {
+
+constexpr Stamp kSecond = 1'000'000'000;
+
+TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
+  LocalViewParams params;
+  params.recall = "belief";
+  params.view_template.x_size = 60;
+  params.view_template.y_size = 10;
+  LocalViewStage stage(params, RecallGeometryParams{});
+  ASSERT_TRUE(stage.needsOdometry());
+  const auto bytes = [&stage] {
+    State state;
+    stage.save(state);
+    return state.toBytes().size();
+  };
+  std::size_t after_an_hour = 0;
+  Stamp stamp = 0;
+  for (int k = 0; k <= 4 * 360000; ++k, stamp += kSecond / 100) {  // at 100 Hz
+    OdometrySample sample;
+    sample.stamp = stamp;
+    sample.speed = 0.01;
+    sample.covariance = TwistCovariance(1e-4 * TwistCovariance::Identity());
+    stage.addOdometry(sample);
+    if (k == 360000) after_an_hour = bytes();
+  }
+  EXPECT_LE(bytes(), after_an_hour * 11 / 10);
+  ImageFrame frame;
+  frame.stamp = stamp - kSecond;
+  frame.image = cv::Mat(240, 320, CV_8UC1);
+  cv::randu(frame.image, 0, 255);
+  EXPECT_EQ(stage.addFrame(frame), EventVerdict::kAccepted);
+  EXPECT_EQ(stage.drain().size(), 1U);
+}
+
+}  // namespace
+}  // namespace ratslam
