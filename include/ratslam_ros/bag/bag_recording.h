@@ -1,10 +1,12 @@
 /// A bag as a recording: its images and, on request, its odometry in the order in which they were recorded,
-/// decoded as the nodes decode them.
+/// decoded as the nodes decode them. What the odometry says of itself beyond nav_msgs/Odometry is taken from the topic
+/// beside it (odom -> odom_quality), where the bag has it.
 #pragma once
 
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +14,7 @@
 #include "ratslam/camera/camera_model.h"
 #include "ratslam/camera/image_decoding.h"
 #include "ratslam/dataset/recording.h"
+#include "ratslam_ros/OdometryQuality.h"
 
 namespace ratslam {
 
@@ -40,11 +43,13 @@ class BagRecording : public Recording {
 
  private:
   cv::Size firstImageSize() const;
+  void readQualities();
 
   std::string path_;
   BagTopics topics_;
   ImageLimits limits_;
   rosbag::Bag bag_;
+  std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;
   std::unique_ptr<rosbag::View> view_;
   rosbag::View::iterator position_;
   std::size_t image_count_ = 0;

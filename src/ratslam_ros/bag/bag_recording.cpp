@@ -146,10 +146,28 @@ BagRecording::BagRecording(const std::string& path, const BagTopics& topics, con
   }
   requireDefinition<sensor_msgs::Image>(bag_, path, topics_.images);
   requireDefinition<sensor_msgs::CompressedImage>(bag_, path, topics_.images);
-  if (topics.with_odometry) requireDefinition<nav_msgs::Odometry>(bag_, path, topics_.odometry);
+  if (topics.with_odometry) {
+    requireDefinition<nav_msgs::Odometry>(bag_, path, topics_.odometry);
+    readQualities();
+  }
   view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(read));
   position_ = view_->begin();
   image_count_ = rosbag::View(bag_, rosbag::TopicQuery(topics_.images)).size();
+}
+
+void BagRecording::readQualities() {
+  const std::string topic = topics_.odometry + "_quality";
+  requireDefinition<ratslam_ros::OdometryQuality>(bag_, path_, topic);
+  rosbag::View view(bag_, rosbag::TopicQuery(topic));
+  for (const rosbag::MessageInstance& instance : view) {
+    const auto quality = messageIn<ratslam_ros::OdometryQuality>(instance);
+    if (!quality) continue;
+    try {
+      requireUsable(*quality);
+      qualities_[stampFromRos(quality->header.stamp)] = *quality;
+    } catch (const std::runtime_error&) {  // as the nodes: the sample is taken without it
+    }
+  }
 }
 
 std::optional<CameraModel> BagRecording::camera() const {
@@ -204,7 +222,11 @@ std::optional<RecordedItem> BagRecording::next() {
       if (type == kImage) return imageIn<sensor_msgs::Image>(instance, limits_);
       if (type == kCompressedImage) return imageIn<sensor_msgs::CompressedImage>(instance, limits_);
       const auto odometry = messageIn<nav_msgs::Odometry>(instance);
-      if (odometry) return odometryFromMessage(*odometry);
+      if (!odometry) continue;
+      OdometrySample sample = odometryFromMessage(*odometry);
+      const auto quality = qualities_.find(sample.stamp);
+      if (quality != qualities_.end()) addQuality(quality->second, sample);
+      return sample;
     }
     return std::nullopt;
   } catch (const ros::Exception& e) {  // of rosbag and of what it is made of

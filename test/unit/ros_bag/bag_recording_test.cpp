@@ -94,6 +94,34 @@ TEST_F(BagRecordingTest, GivesImagesAndOdometryInTheOrderOfRecording) {
                                         12500000000}));
 }
 
+TEST_F(BagRecordingTest, TakesWhatTheOdometrySaysOfItself) {
+  const std::string name = goodBag();
+  {
+    rosbag::Bag bag(name, rosbag::bagmode::Append);
+    for (const double at : {10.5, 12.5}) {  // nothing of the sample at 11.5
+      ratslam_ros::OdometryQuality message;
+      message.header.stamp = ros::Time(at);
+      message.epoch = 3;
+      message.bridged = at > 12.0 ? 1 : 0;
+      message.unit_anchor_sigma = -1.0;
+      message.unit_walk_sigma = 0.02;
+      bag.write("/kitti/odom_quality", ros::Time(at + 0.01), message);
+    }
+  }
+  BagRecording recording(name, {"", "", true});
+  std::vector<OdometrySample> samples;
+  while (const auto item = recording.next()) {
+    if (const auto* sample = std::get_if<OdometrySample>(&*item)) samples.push_back(*sample);
+  }
+  ASSERT_EQ(samples.size(), 3U);
+  ASSERT_TRUE(samples[0].unit);
+  EXPECT_EQ(samples[0].unit->walk_sigma, 0.02);
+  EXPECT_FALSE(samples[0].unit->anchor_sigma);
+  EXPECT_EQ(samples[0].epoch, 3U);
+  EXPECT_FALSE(samples[1].unit);
+  EXPECT_TRUE(samples[2].bridged);
+}
+
 TEST_F(BagRecordingTest, LeavesOdometryOutUnlessItIsWanted) {
   BagRecording recording(goodBag(), {"kitti/camera/image", "", false});
   int items = 0;
