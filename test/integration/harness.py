@@ -177,10 +177,10 @@ def launch_on_town(**arguments):
     return Process(["roslaunch", "ratslam_ros", "ratslam.launch", *(f"{key}:={value}" for key, value in arguments.items())])
 
 
-def wait_until(condition, timeout=15.0):
+def wait_until(condition, timeout=15.0, step=0.05):
     end = time.monotonic() + timeout
     while time.monotonic() < end:
         if condition():
             return True
-        time.sleep(0.05)
+        time.sleep(step)
     return condition()

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """The experience map node alone, fed by hand: what it makes of decisions, and what it tells the world."""
+import math
 import os
 import shutil
 import signal
@@ -203,6 +204,56 @@ class Map(unittest.TestCase):
         self.assertEqual(self.node.interrupt(), 0)
         with open(self.trajectory + "_online.tum", encoding="utf-8") as file:
             self.assertEqual(file.read(), by_service)
+
+    def test_transform_holds_between_decisions_while_the_unit_of_length_drifts(self):
+        """Three laps of a ring, a decision every fifth sample; the odometry's metre shrinks by 10 %."""
+        places, samples, laps, step = 60, 5, 3, 0.4
+        self.start(decision_source="action", exp_scale=True)
+        transforms = self.listen("/tf", tf2_msgs.msg.TFMessage)
+        poses = self.listen("ExperienceMap/RobotPose", PoseStamped)
+        odometry = self.publisher("odom", Odometry)
+        actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
+        turn = 2 * math.pi / (places * samples)
+        in_odom, true = {}, {}
+        x = y = true_x = true_y = yaw = 0.0
+        current = 0
+        for k in range(1, places * samples * laps + 1):
+            unit = math.exp(-0.1 * k / (places * samples * laps))
+            yaw += turn
+            true_x, true_y = true_x + step * math.cos(yaw), true_y + step * math.sin(yaw)
+            x, y = x + unit * step * math.cos(yaw), y + unit * step * math.sin(yaw)
+            at = harness.START_NS + k * 100000000
+            message = harness.odometry_message(at, 10 * unit * step, 10 * turn)
+            message.pose.pose.position.x, message.pose.pose.position.y = x, y
+            message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+            odometry.publish(message)
+            in_odom[at], true[at] = complex(x, y), complex(true_x, true_y)
+            if k % samples == 0:
+                place = k // samples - 1
+                kind = CREATE if place < places else LINK
+                actions.publish(self.fill(TopologicalAction(), at, (kind, current, place % places)))
+                current = place % places
+                # So that the decision has been made before the next odometry comes.
+                self.assertTrue(harness.wait_until(lambda: len(poses) == k // samples, step=0.002), self.node.output())
+        end = at
+        self.assertTrue(harness.wait_until(lambda: any(
+            t.header.stamp.to_nsec() >= end - 200000000 for m in transforms for t in m.transforms)))
+        in_map = {}
+        for message in transforms:
+            for t in message.transforms:
+                at = t.header.stamp.to_nsec()
+                rotation, moved = t.transform.rotation, t.transform.translation
+                turned = complex(rotation.w, rotation.z) ** 2
+                in_map[at] = complex(moved.x, moved.y) + turned * in_odom[at]
+        # The metre of the map is that of the first lap, on the mean; between decisions the odometry's is carried to it.
+        ratios = []
+        for decision in range(places * samples, places * samples * laps, samples):
+            begin, last = (harness.START_NS + (decision + k) * 100000000 for k in (1, samples - 2))
+            if begin in in_map and last in in_map:
+                ratios.append(abs(in_map[last] - in_map[begin]) / abs(true[last] - true[begin]))
+        self.assertGreater(len(ratios), 20)
+        middle = sorted(ratios)[len(ratios) // 2]
+        self.assertLess(max(abs(ratio / middle - 1) for ratio in ratios), 0.01)
 
     def test_impossible_actions_are_reported_and_leave_the_map_unharmed(self):
         self.start(decision_source="action", trajectory_format="kitti")
