@@ -51,7 +51,7 @@ void poseCellStage(const Bytes& input) {
   Reader reader(input);
   Clock clock;
   PoseCellStage stage{fewPoseCells()};
-  for (int steps = 0; !reader.atEnd() && steps < 300; ++steps) {
+  for (int steps = 0; !reader.atEnd() && steps < 100; ++steps) {
     const auto what = reader.take<std::uint8_t>();
     if (what % 8 == 7) {
       stage.drainWithoutOdometry();
@@ -165,8 +165,9 @@ void planted(const Bytes& input) {
 
 PoseCellParams fewPoseCells() {
   PoseCellParams params;
-  params.n_xy = 9;
-  params.n_th = 12;
+  params.n_xy = 7;
+  params.n_th = 6;
+  params.excitation_dim = params.inhibition_dim = 3;
   return params;
 }
 
