@@ -86,6 +86,24 @@ bool fromWire(const Bytes& bytes, Message& message) {
   }
 }
 
+/// Whether the bytes of a quality hold what its arrays claim. ROS would make them first and find out then; no sender that
+/// speaks through ROS makes such bytes.
+bool arraysFit(const Bytes& bytes) {
+  constexpr std::size_t kBeforeName = 12;
+  constexpr std::size_t kAfterName = 382;
+  std::size_t at = kBeforeName;
+  const auto skipArray = [&](std::size_t element) {
+    std::uint32_t count = 0;
+    if (at + sizeof count > bytes.size()) return false;
+    std::memcpy(&count, bytes.data() + at, sizeof count);
+    at += sizeof count + count * element;
+    return at <= bytes.size();
+  };
+  if (!skipArray(1)) return false;
+  at += kAfterName;
+  return skipArray(8) && skipArray(56);
+}
+
 void events(const Bytes& input) {
   Reader reader(input);
   PoseCellStage pose_cells{fewPoseCells()};
@@ -102,7 +120,7 @@ void events(const Bytes& input) {
       ratslam_ros::RecallGeometry geometry;
       if (kind >= 240) {
         ratslam_ros::OdometryQuality heard;
-        if (!fromWire(bytes, heard)) return;
+        if (!arraysFit(bytes) || !fromWire(bytes, heard)) return;
         requireUsable(heard);
         quality = heard;
       } else if (kind % 5 == 0 && fromWire(bytes, odometry)) {

@@ -106,7 +106,7 @@ void mapStage(const Bytes& input) {
   const auto settings = reader.take<std::uint8_t>();
   ExperienceMapParams params;
   MapStage stage(params, settings % 2 == 1);
-  for (int steps = 0; !reader.atEnd() && steps < 100; ++steps) {
+  for (int steps = 0; !reader.atEnd() && steps < 60; ++steps) {
     const auto what = reader.take<std::uint8_t>();
     const auto created = static_cast<std::uint32_t>(stage.map().graph().experiences().size());
     mayRefuse([&] {  // as the node does, which drops what is refused
