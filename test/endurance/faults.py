@@ -6,16 +6,21 @@ fault happens. After it, robot poses must come again, no node may have ended but
 must end by itself within 15 s of SIGINT, the map leaving trajectories of finite numbers whose stamps rise.
 """
 import argparse
+import collections
+import glob
 import math
 import os
 import random
+import select
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+import xmlrpc.client
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "integration"))
 
@@ -41,21 +46,35 @@ class Drive(threading.Thread):
         self.images = rospy.Publisher("/faults/camera/image", Image, queue_size=10)
         self.odometry = rospy.Publisher("/faults/odom", Odometry, queue_size=10)
         self.shift_ns = 0
+        self.image_shift_ns = 0
         self.without_odometry = False
         self.without_images = False
         self.size = None
+        self.late_s = {"images": 0.0, "odometry": 0.0}  # how long messages are under way
+        self.under_way = collections.deque()
         self.ended = False
+
+    def send(self, stream, message):
+        self.under_way.append((time.monotonic() + self.late_s[stream], stream, message))
+
+    def deliver(self):
+        now = time.monotonic()
+        for entry in [entry for entry in self.under_way if entry[0] <= now]:
+            self.under_way.remove(entry)
+            getattr(self, entry[1]).publish(entry[2])
 
     def run(self):
         index = 0
         while not self.ended:
             at = self.harness.frame_stamp(index) + self.shift_ns
             if not self.without_odometry:
-                self.odometry.publish(self.harness.odometry_message(at - 50000000))
-                self.odometry.publish(self.harness.odometry_message(at))
+                self.send("odometry", self.harness.odometry_message(at - 50000000))
+                self.send("odometry", self.harness.odometry_message(at))
             if not self.without_images:
+                at += self.image_shift_ns
                 pixels = self.harness.frame(self.strip, index)
-                self.images.publish(self.harness.image_message(pixels[:self.size] if self.size else pixels, at))
+                self.send("images", self.harness.image_message(pixels[:self.size] if self.size else pixels, at))
+            self.deliver()
             index += 1
             time.sleep(1.0 / RATE)
 
@@ -66,13 +85,15 @@ class Chain:
     def __init__(self, harness, folder, port):
         self.harness = harness
         self.trajectory = os.path.join(folder, "run")
+        self.map_dir = os.path.join(folder, "map")
+        os.makedirs(self.map_dir, exist_ok=True)
         self.config = os.path.join(folder, "config.yaml")
         harness.write_config(self.config)
         self.port = port
         self.nodes = {name: self.started(name) for name in NODES}
 
     def started(self, name):
-        parameters = {"topic_root": "/faults", "sync_timeout": 2.0}
+        parameters = {"topic_root": "/faults", "sync_timeout": 2.0, "map_dir": self.map_dir, "autosave_period": 1.0}
         if name == "ratslam_em":
             parameters["trajectory_file"] = self.trajectory
         return self.harness.start_node(name, self.config, **parameters)
@@ -138,6 +159,10 @@ def clock_ahead(chain, drive, node, seconds):
     drive.shift_ns += 3600 * 10**9
 
 
+def camera_clock_back(chain, drive, node, seconds):
+    drive.image_shift_ns -= 60 * 10**9
+
+
 def no_odometry(chain, drive, node, seconds):
     drive.without_odometry = True
     time.sleep(seconds)
@@ -156,8 +181,84 @@ def other_size(chain, drive, node, seconds):
     drive.size = None
 
 
-FAULTS = {"kill": kill, "stop": stop, "restart": restart, "clock_back": clock_back, "clock_ahead": clock_ahead,
-          "no_odometry": no_odometry, "no_images": no_images, "other_size": other_size, "master": None}
+def late_odometry(chain, drive, node, seconds):
+    late(drive, "odometry")
+
+
+def late_images(chain, drive, node, seconds):
+    late(drive, "images")
+
+
+def late(drive, stream):
+    drive.late_s[stream] = 1.5
+    time.sleep(6.0)
+    drive.late_s[stream] = 0.0
+    time.sleep(2.0)
+
+
+def disk_full(chain, drive, node, seconds):
+    """The checkpoints' folder takes nothing for a while; all nodes must say so, and write it all once they can."""
+    filler = os.path.join(chain.map_dir, "filler")
+    with open(filler, "wb") as file:
+        try:
+            while True:
+                file.write(bytes(65536))
+                file.flush()
+        except OSError:
+            pass
+    before = checkpoints(chain.map_dir)
+    time.sleep(6.0)
+    if checkpoints(chain.map_dir) != before:
+        raise AssertionError("files changed on a full disk")
+    for name, process in chain.nodes.items():
+        if "checkpoint lost: " not in process.output():
+            raise AssertionError(f"{name} did not say that the disk is full")
+    os.remove(filler)
+    time.sleep(4.0)
+    if len(checkpoints(chain.map_dir)) < len(NODES):
+        raise AssertionError(f"no checkpoints after the disk had room again: {os.listdir(chain.map_dir)}")
+
+
+def checkpoints(folder):
+    return {name: (os.stat(name).st_size, os.stat(name).st_mtime_ns) for name in glob.glob(os.path.join(folder, "**", "*"), recursive=True)
+            if os.path.isfile(name) and not name.endswith("filler")}
+
+
+def subscribers(chain, drive, node, seconds):
+    """64 listeners on a topic of each node, the last of which never reads."""
+    from geometry_msgs.msg import PoseStamped
+    from ratslam_ros.msg import PoseCellState, ViewTemplate
+    kinds = {"/faults/LocalView/Template": ViewTemplate, "/faults/PoseCell/State": PoseCellState,
+             "/faults/ExperienceMap/RobotPose": PoseStamped}
+    for topic, kind in kinds.items():
+        listeners = [listener(topic, kind, f"/listener_{number}") for number in range(64)]
+        received = dict.fromkeys(listeners[:-1], 0)
+        end = time.monotonic() + 5.0
+        while time.monotonic() < end:
+            for ready in select.select(listeners[:-1], [], [], 0.2)[0]:
+                received[ready] += len(ready.recv(65536))
+        for connection in listeners:
+            connection.close()
+        if min(received.values()) < 1000:
+            raise AssertionError(f"{topic}: a listener got {min(received.values())} bytes in 5 s")
+
+
+def listener(topic, kind, caller):
+    """A subscriber as ROS sees it: a connection that has asked for the topic. @return the socket"""
+    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+    publishers = dict(master.getSystemState(caller)[2][0])
+    node = xmlrpc.client.ServerProxy(master.lookupNode(caller, publishers[topic][0])[2])
+    _, host, port = node.requestTopic(caller, topic, [["TCPROS"]])[2]
+    fields = [f"callerid={caller}", f"topic={topic}", f"type={kind._type}", f"md5sum={kind._md5sum}"]
+    header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
+    connection = socket.create_connection((host, port))
+    connection.sendall(struct.pack("<I", len(header)) + header)
+    return connection
+
+
+FAULTS = {"kill": kill, "stop": stop, "restart": restart, "clock_back": clock_back, "clock_ahead": clock_ahead, "camera_clock_back": camera_clock_back,
+          "no_odometry": no_odometry, "no_images": no_images, "other_size": other_size, "late_odometry": late_odometry,
+          "late_images": late_images, "disk_full": disk_full, "subscribers": subscribers, "master": None}
 OF_A_NODE = ("kill", "stop", "restart")
 
 
@@ -178,6 +279,9 @@ def trial(fault, node, seed, seconds):
         rospy.init_node("faults", disable_signals=True)
         poses = []
         rospy.Subscriber("/faults/ExperienceMap/RobotPose", PoseStamped, lambda message: poses.append(message.header.stamp))
+        if fault == "disk_full":  # a small disk of its own
+            os.mkdir(os.path.join(folder, "map"))
+            subprocess.run(["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", os.path.join(folder, "map")], check=True)
         chain = Chain(harness, folder, port)
         drive = Drive(harness, rospy)
         drive.start()
@@ -189,7 +293,10 @@ def trial(fault, node, seed, seconds):
                 master.kill()
                 master.wait()
             else:
-                FAULTS[fault](chain, drive, node, seconds)
+                try:
+                    FAULTS[fault](chain, drive, node, seconds)
+                except AssertionError as error:
+                    return f"{error}; " + chain.complaint_at_the_end()
             before = len(poses)
             if not harness.wait_until(lambda: len(poses) > before + 20, 60.0):
                 return f"{len(poses) - before} robot poses in 60 s after the fault; " + chain.complaint_at_the_end()
@@ -202,6 +309,8 @@ def trial(fault, node, seed, seconds):
                     left.process.kill()
             master.kill()
             master.wait()
+            if fault == "disk_full":
+                subprocess.run(["umount", "-l", os.path.join(folder, "map")], check=False)
 
 
 def main():

@@ -78,13 +78,18 @@ class EventGate {
   const Event* ready() const {
     if (events_.empty()) return nullptr;
     const Event& next = events_.front();
-    if (held_until_ && next.stamp <= *held_until_) return nullptr;
+    // Once the events run past where the odometry was, it is clear that it will not go back: what waits has no motion of
+    // its own.
+    if (held_until_ && next.stamp <= *held_until_)
+      return events_.back().stamp > *held_until_ ? &next : nullptr;
     return odometry_.reached(next.stamp) ? &next : nullptr;
   }
   /// The next event, whether or not the odometry has reached it.
   const Event* waiting() const { return events_.empty() ? nullptr : &events_.front(); }
   void pop() { events_.pop_front(); }
   std::size_t size() const { return events_.size(); }
+  /// Whether the events have gone back in time and the odometry has not, so far.
+  bool waitsForOdometryToGoBack() const { return held_until_.has_value(); }
   std::optional<Stamp> lastEvent() const { return last_event_; }
   /// A stamp that the events which have passed do not exceed, but all others do.
   Stamp latestPassed() const { return events_.empty() ? last_event_.value_or(0) : events_.front().stamp - 1; }
@@ -93,6 +98,7 @@ class EventGate {
   /// odometry to go back in time with them.
   std::vector<TimedStep> motionUntil(Stamp stamp) {
     if (held_until_ && stamp <= *held_until_) return {};
+    held_until_.reset();
     return odometry_.advanceTo(stamp);
   }
   const OdometryTimeline& odometry() const { return odometry_; }

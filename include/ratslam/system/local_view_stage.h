@@ -59,6 +59,8 @@ class LocalViewStage {
   std::vector<ViewObservation> drainWithoutOdometry();
 
   std::size_t waitingImages() const { return gate_.size(); }
+  /// Whether the images have gone back in time and the odometry has not, so far.
+  bool waitsForOdometryToGoBack() const { return gate_.waitsForOdometryToGoBack(); }
   const LocalViewCells& cells() const { return cells_; }
 
   /// Forgets what the streams have brought: what comes next is another drive, or another part of this one.

@@ -36,6 +36,8 @@ class PoseCellStage {
   std::vector<PoseCellDecision> drainWithoutOdometry();
 
   std::size_t waitingViews() const { return gate_.size(); }
+  /// Whether the views have gone back in time and the odometry has not, so far.
+  bool waitsForOdometryToGoBack() const { return gate_.waitsForOdometryToGoBack(); }
   /// How far the odometry lags behind the view that waits for it [s]; none where none waits.
   std::optional<double> lag() const {
     const auto newest = gate_.odometry().lastStamp();

@@ -63,8 +63,12 @@ class Reader {
     const std::uint8_t* begin = claim(size);
     return {begin, begin + size};
   }
-  std::string takeText() {
+  std::string takeName() {
     const std::vector<std::uint8_t> block = takeBlock();
+    const auto printable = [](std::uint8_t c) { return c > ' ' && c < 0x7F; };
+    if (block.empty() || !std::all_of(block.begin(), block.end(), printable)) {
+      throw std::runtime_error("state: a name of " + std::to_string(block.size()) + " bytes is none");
+    }
     return {block.begin(), block.end()};
   }
   std::vector<std::uint64_t> takeNumbers() {
@@ -216,7 +220,7 @@ void State::takeInto(const std::vector<std::uint8_t>& bytes, std::size_t& positi
   Reader reader(bytes, position);
   if (reader.take<std::uint8_t>() != 0) state.rows_ = reader.take<std::uint64_t>();
   for (std::uint64_t i = reader.checkedCount(8); i > 0; --i) {
-    const std::string name = reader.takeText();
+    const std::string name = reader.takeName();
     StateArray array;
     array.type = reader.take<StateType>();
     array.shape = reader.takeNumbers();
@@ -228,7 +232,7 @@ void State::takeInto(const std::vector<std::uint8_t>& bytes, std::size_t& positi
     throw std::runtime_error("state: a table has rows and no columns");
   }
   for (std::uint64_t i = reader.checkedCount(8); i > 0; --i) {
-    const std::string name = reader.takeText();
+    const std::string name = reader.takeName();
     takeInto(bytes, position, state.child(name), depth + 1);
   }
 }

@@ -53,10 +53,11 @@ std::optional<Stamp> parseStamp(const std::string& written) {
     if (!parseNumber(text, seconds) || std::abs(seconds) > static_cast<double>(kLatest)) return std::nullopt;
     return stampFromSeconds(seconds);
   }
-  if (std::stoll(whole) >= kLatest) return std::nullopt;
+  if (std::stoll(whole) > kLatest) return std::nullopt;
   const bool round_up = decimals.size() > kDecimals && decimals[kDecimals] >= '5';
   decimals.resize(kDecimals, '0');
   const Stamp magnitude = std::stoll(whole + decimals) + (round_up ? 1 : 0);
+  if (magnitude > kLatest * 1'000'000'000) return std::nullopt;
   return negative ? -magnitude : magnitude;
 }
 

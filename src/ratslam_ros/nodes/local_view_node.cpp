@@ -19,9 +19,11 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       picture_(handle, topicName(params_.topic_root, "LocalView/View")),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
-                  odometry_timeout_.messageArrived();
                   const SampleVerdict verdict = stage_.addOdometry(sample);
-                  publish(stage_.drain());
+                  const std::vector<ViewObservation> seen = stage_.drain();
+                  // Images whose clock alone was set back are not kept waiting by an odometry that goes on.
+                  if (!seen.empty() || !stage_.waitsForOdometryToGoBack()) odometry_timeout_.messageArrived();
+                  publish(seen);
                   return verdict;
                 }),
       odometry_timeout_(params_.sync_timeout),

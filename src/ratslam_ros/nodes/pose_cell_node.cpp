@@ -21,11 +21,15 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       picture_(handle, topicName(params_.topic_root, "PoseCell/Activity")),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
-                  odometry_timeout_.messageArrived();
                   offset_.second(sample.stamp);
                   ++samples_;
                   const SampleVerdict verdict = stage_.addOdometry(sample);
-                  publish(stage_.drain());
+                  const std::vector<PoseCellDecision> decisions = stage_.drain();
+                  // Views whose clock alone was set back are not kept waiting by an odometry that goes on.
+                  if (!decisions.empty() || !stage_.waitsForOdometryToGoBack()) {
+                    odometry_timeout_.messageArrived();
+                  }
+                  publish(decisions);
                   return verdict;
                 }),
       views_watch_(handle.resolveName(topicName(params_.topic_root, "LocalView/Template")),

@@ -128,6 +128,20 @@ TEST(State, RefusesBytesThatAreCutOrChanged) {
   }
 }
 
+TEST(State, RefusesNamesThatNobodyCouldRead) {
+  for (const std::string& name : {std::string(1, '\0'), std::string("two\nlines"), std::string()}) {
+    State state;
+    state.set(name, 1.0);
+    try {
+      State::fromBytes(state.toBytes());
+      FAIL() << name;
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("a name of " + std::to_string(name.size())),
+                std::string::npos);
+    }
+  }
+}
+
 TEST(State, NamesWhatIsMissing) {
   const State state = stateOf(Whole{});
   EXPECT_NE(messageOf([&] { state.get<double>("speed"); }).find("speed: it is missing"), std::string::npos);

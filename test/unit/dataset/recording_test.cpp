@@ -317,6 +317,11 @@ TEST(ParseStamp, IsTheInverseAndTakesEveryWayToWriteANumber) {
     EXPECT_EQ(parseStamp(formatStamp(stamp)), stamp);
   }
   EXPECT_EQ(parseStamp("1.0367e-01"), 103670000);
+  for (const char* latest : {"9e9", "9000000000", "8999999999.9999999999"}) {
+    ASSERT_TRUE(parseStamp(latest)) << latest;
+    EXPECT_EQ(parseStamp(formatStamp(*parseStamp(latest))), parseStamp(latest)) << latest;
+  }
+  EXPECT_FALSE(parseStamp("9000000000.000000001"));
   EXPECT_EQ(parseStamp("0.10367000000000001"), 103670000);
   EXPECT_EQ(parseStamp("0.9999999996"), 1000000000);
   EXPECT_EQ(parseStamp("17"), 17000000000);

@@ -44,5 +44,25 @@ TEST(EventGate, ALoopedRecordingGivesTheSameHoweverFarTheOdometryRunsAhead) {
   for (const int ahead : {1, 7, 45, 49}) EXPECT_EQ(waysOfALoop(ahead), together) << ahead << " samples ahead";
 }
 
+/// Images that come out of order by more than time_reset, or whose clock steps back alone: the odometry never goes back.
+TEST(EventGate, EventsThatAloneGoBackPassOnceTheyAreBeyondTheOdometryAgain) {
+  EventGate<Event> gate(false);
+  std::vector<Stamp> passed;
+  double way = 0.0;
+  for (int k = 100; k < 150; ++k) {
+    gate.addOdometry(forward(k * kTenth));
+    gate.addEvent({k * kTenth});
+    while (const Event* event = gate.ready()) {
+      passed.push_back(event->stamp);
+      for (const TimedStep& timed : gate.motionUntil(event->stamp)) way += timed.step.forward;
+      gate.pop();
+    }
+    if (k == 120) gate.addEvent({105 * kTenth});  // and those of the old time go on
+  }
+  EXPECT_EQ(passed.size(), 51U);
+  EXPECT_FALSE(gate.waitsForOdometryToGoBack());
+  EXPECT_NEAR(way, 4.9, 1e-9) << "what was driven meanwhile is driven once";
+}
+
 }  // namespace
 }  // namespace ratslam
