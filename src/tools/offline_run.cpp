@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 
 #include "ratslam/camera/calibration_file.h"
@@ -17,6 +18,8 @@
 
 namespace ratslam {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr std::size_t kSnapshots = 6;  // of the pose cells, where no times are given
 
@@ -50,7 +53,7 @@ std::unique_ptr<Recording> openWithOdometry(const RunOptions& options, const Pip
 std::unique_ptr<Pipeline> makePipeline(const RunOptions& options, const PipelineParams& params,
                                        const OdometryKind& kind, const Recording& recording) {
   // A calibration that nobody needs may be missing or malformed.
-  const bool needed = kind.needs_camera || params.recall_geometry.verifies();
+  const bool needed = kind.needs_camera || params.recall_geometry.verifies() || !options.calibration.empty();
   const auto camera = needed ? chooseCamera(options, params, recording) : std::nullopt;
   const auto doubt = camera ? camera->doubt() : std::nullopt;
   if (doubt) say(options.input + ": " + *doubt);
@@ -78,6 +81,22 @@ SnapshotMoments chooseMoments(const RunOptions& options, std::size_t frames) {
                                        : SnapshotMoments::fromTimes(options.pose_cells_at);
 }
 
+/// The files of a run take the places of those that have their names: none of what it reads may be among them.
+void requireOutputsApart(const RunOptions& options) {
+  std::error_code error;  // what is not there is not in the way
+  if (fs::equivalent(options.input, options.out, error)) {
+    throwBadValue("--out", options.out, "it must be another folder than the recording's own");
+  }
+  for (const std::string& file :
+       {options.config, options.odometry, options.calibration, options.changes, options.load_map}) {
+    const fs::path path = fs::absolute(file, error);
+    if (fs::exists(path, error) && RunLog::writes(path.filename().string()) &&
+        fs::equivalent(path.parent_path(), options.out, error)) {
+      throwBadValue("--out", options.out, "the run reads " + file + ", and would write a file of that name");
+    }
+  }
+}
+
 }  // namespace
 
 OfflineRun::OfflineRun(const RunOptions& options)
@@ -91,6 +110,7 @@ OfflineRun::OfflineRun(const RunOptions& options)
                 said = true;
               }),
       snapshots_(SnapshotMoments{}) {
+  requireOutputsApart(options);
   const OdometryRegistry odometries = standardOdometry();
   const OdometryKind& kind = odometries.find(options.odometry);
   recording_ = openWithOdometry(options, params_, kind);

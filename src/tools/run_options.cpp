@@ -79,7 +79,7 @@ po::options_description describe(RunOptions& options) {
       "KITTI sequence: folder of its images, such as image_2 (with P2 of calib.txt), or . for the sequence's "
       "own "
       "(default: image_0)");
-  add("pose-cells-every", po::value(&options.pose_cells_every)->default_value(0),
+  add("pose-cells-every", po::value<long long>()->default_value(0),
       "keep the pose cells' activity after every so many views in pose_cells.npz: arrays stamps [ns] and "
       "activity "
       "(snapshots, headings, rows, columns), for numpy.load (0: not at all)");
@@ -120,6 +120,15 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
   const auto from = values["from-frame"].as<long long>();
   if (from < 0) throwBadValue("--from-frame", from, "it must be 0 or above");
   options.from_frame = static_cast<std::size_t>(from);
+  const auto every = values["pose-cells-every"].as<long long>();
+  if (every < 0) throwBadValue("--pose-cells-every", every, "it must be 0 (not at all) or above");
+  options.pose_cells_every = static_cast<std::size_t>(every);
+  for (const auto& [name, value] : values) {
+    const auto* text = boost::any_cast<std::string>(&value.value());
+    if (text != nullptr && text->empty() && name != "odometry") {
+      throw std::invalid_argument("--" + name + ": it is given, but empty");
+    }
+  }
   if (options.localise_only && (options.load_map.empty() || !options.save_map.empty())) {
     throw std::invalid_argument("--localise-only needs --load-map and has nothing for --save-map");
   }

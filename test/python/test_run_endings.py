@@ -206,3 +206,45 @@ def test_images_outside_the_odometrys_time_are_said_with_the_offset(program, sho
     assert lost.returncode == 1
     assert "30 of 30 images lie outside the odometry's time: it is 1000.0 s ahead" in lost.stdout
     assert "nothing was mapped" in lost.stdout
+
+
+@pytest.mark.parametrize("name", ["odometry.csv", "map.yaml"])
+def test_what_a_run_reads_is_not_replaced_by_what_it_leaves(program, short, tmp_path, name):
+    read = tmp_path / "out" / name
+    read.parent.mkdir()
+    content = {"odometry.csv": "frame,stamp,linear_x,angular_z\n0,0,1,0\n1,9,1,0\n", "map.yaml": "pc_dim_xy: 21\n"}
+    read.write_text(content[name])
+    option = "--odometry" if name.endswith("csv") else "--config"
+    refused = run(program, short, tmp_path / "out", option, read)
+    assert refused.returncode == 1 and refused.stdout.count("\n") == 1, refused.stdout
+    assert "--out: value" in refused.stdout and name in refused.stdout
+    assert os.listdir(read.parent) == [name] and read.read_text() == content[name]
+
+
+def test_a_recording_is_no_folder_for_results(program, short):
+    before = set(os.listdir(short))
+    refused = run(program, short, str(short) + "/.")
+    assert refused.returncode == 1 and "another folder than the recording's own" in refused.stdout
+    assert set(os.listdir(short)) == before
+
+
+def test_options_that_would_do_nothing_are_refused(program, short, tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    (tmp_path / "loop").mkdir()
+    (tmp_path / "loop" / "image_0").symlink_to("image_0")
+    for recording, words, said in (
+        (short, ["--load-map", pipe], "no regular file"),
+        (short, ["--load-map", tmp_path], "it is a folder"),
+        (short, ["--save-map", ""], "--save-map: it is given, but empty"),
+        (short, ["--pose-cells-every", "-1"], "--pose-cells-every: value -1"),
+        (short, ["--image-topic", "/camera"], "--image-topic /camera is for a bag"),
+        (short, ["--odometry-topic", "/odom"], "--odometry-topic /odom is for a bag"),
+        (short, ["--calibration", tmp_path], "it is a folder"),
+        (short, ["--set", "pc_dim_xy=2\n\x1b[31m" + "9" * 5000], "is not a whole number"),
+        (tmp_path / "loop", [], "neither a KITTI sequence"),
+    ):
+        refused = run(program, recording, tmp_path / "out", *words, timeout=60)
+        assert refused.returncode == 1, refused.stdout
+        assert said in refused.stdout and refused.stdout.count("\n") == 1, refused.stdout
+        assert len(refused.stdout) < 500

@@ -38,6 +38,9 @@ class RunLog {
   /// Makes the folder. @throws std::runtime_error naming what finish() could not write
   explicit RunLog(const std::string& folder);
 
+  /// Whether a run leaves, or takes away, a file of this name in its folder.
+  static bool writes(const std::string& name);
+
   /// @param map  as it is after `progress`
   void append(const Pipeline::Progress& progress, const ExperienceMap& map);
 

@@ -15,9 +15,9 @@ namespace ratslam {
 namespace {
 
 [[noreturn]] void throwWrongType(const std::string& key, const ParameterValue& value, const char* wanted) {
-  std::string shown = value.text;
-  if (value.is_list) shown = "[list of " + std::to_string(value.elements.size()) + "]";
-  throw std::invalid_argument(key + ": value '" + shown + "' is not " + wanted + " (from " + value.origin +
+  const std::string given =
+      value.is_list ? "[list of " + std::to_string(value.elements.size()) + "]" : shown(value.text);
+  throw std::invalid_argument(key + ": value '" + given + "' is not " + wanted + " (from " + value.origin +
                               ")");
 }
 
@@ -97,7 +97,7 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
         value.is_list = true;
         for (const auto& element : entry.second) value.elements.push_back(element.as<std::string>());
       } else {
-        throw std::runtime_error(value.origin + ": " + key + ": neither a value nor a list of values");
+        throw std::runtime_error(value.origin + ": " + shown(key) + ": neither a value nor a list of values");
       }
       if (map.has(key)) throw std::runtime_error(value.origin + ": " + key + " is given twice");
       map.set(key, std::move(value));
@@ -158,7 +158,7 @@ void ParameterMap::set(const std::string& key, ParameterValue value) {
 void ParameterMap::setFromAssignment(const std::string& assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw std::invalid_argument("'" + assignment + "' is not of the form key=value");
+    throw std::invalid_argument("'" + shown(assignment) + "' is not of the form key=value");
   }
   ParameterValue value;
   value.text = assignment.substr(equals + 1);
@@ -169,7 +169,7 @@ void ParameterMap::setFromAssignment(const std::string& assignment) {
 void ParameterMap::rejectUnknown(const std::set<std::string>& known) const {
   for (const auto& [key, value] : values_) {
     if (known.count(key) != 0) continue;
-    std::string message = key + ": no parameter has this name (from " + value.origin + ")";
+    std::string message = shown(key) + ": no parameter has this name (from " + value.origin + ")";
     const auto nearest = std::min_element(
         known.begin(), known.end(),
         [&key = key](const auto& a, const auto& b) { return editDistance(key, a) < editDistance(key, b); });

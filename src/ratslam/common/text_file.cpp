@@ -1,9 +1,10 @@
 #include "ratslam/common/text_file.h"
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 
@@ -12,6 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kPiece = 1 << 20;
+constexpr std::size_t kLargest = 1 << 30;  // a day of odometry at 200 Hz
 const char kBlanks[] = " \t\v\f\r\n";
 
 bool startsWith(const std::string& text, const std::string& beginning) {
@@ -29,22 +32,29 @@ std::string readBytes(const std::string& path) {
   if (error) refuse(path, error.message());
   if (status.type() == fs::file_type::directory) refuse(path, "it is a folder");
   if (status.type() != fs::file_type::regular) refuse(path, "it is no regular file (a pipe or a device)");
-  std::ifstream file(path, std::ios::binary);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file) refuse(path, std::strerror(errno));
-  std::ostringstream content;
-  content << file.rdbuf();
-  if (file.bad()) refuse(path, "it cannot be read to its end");
-  return content.str();
+  std::string content;
+  std::vector<char> piece(kPiece);
+  for (std::size_t size = 0; (size = std::fread(piece.data(), 1, kPiece, file.get())) > 0;) {
+    content.append(piece.data(), size);
+    // Piece by piece: what is no text may be without end.
+    if (startsWith(content, "\xFF\xFE") || startsWith(content, "\xFE\xFF")) {
+      refuse(path, "it is UTF-16 text; save it as UTF-8");
+    }
+    if (std::memchr(piece.data(), '\0', size) != nullptr) refuse(path, "it is no text");
+    if (content.size() > kLargest) refuse(path, "it has more than " + std::to_string(kLargest) + " bytes");
+  }
+  if (std::ferror(file.get()) != 0) {
+    refuse(path, std::string("it cannot be read to its end: ") + std::strerror(errno));
+  }
+  return content;
 }
 
 }  // namespace
 
 std::string readText(const std::string& path) {
   const std::string bytes = readBytes(path);
-  if (startsWith(bytes, "\xFF\xFE") || startsWith(bytes, "\xFE\xFF")) {
-    refuse(path, "it is UTF-16 text; save it as UTF-8");
-  }
-  if (bytes.find('\0') != std::string::npos) refuse(path, "it is no text");
   std::string text;
   text.reserve(bytes.size());
   for (std::size_t i = startsWith(bytes, "\xEF\xBB\xBF") ? 3 : 0; i < bytes.size(); ++i) {

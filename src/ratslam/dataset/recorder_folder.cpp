@@ -48,7 +48,8 @@ cv::Mat turned(const cv::Mat& image, int quarter_turns) {
 }  // namespace
 
 bool RecorderFolder::recognises(const std::string& folder) {
-  return fs::exists(folder + "/data_image.txt") || fs::is_directory(folder + "/images");
+  std::error_code error;  // a link to itself is none
+  return fs::exists(folder + "/data_image.txt", error) || fs::is_directory(folder + "/images", error);
 }
 
 RecorderFolder::RecorderFolder(const std::string& folder, int clockwise_deg, const ImageLimits& limits)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 #include "ratslam/dataset/kitti_folder.h"
 #include "ratslam/dataset/recorder_folder.h"
@@ -12,7 +13,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void refuseOdometryTopic(const std::string& path, const RecordingOptions& options) {
+/// Also no where it cannot be told: a link to itself, a folder of others.
+bool isFolder(const std::string& path) {
+  std::error_code error;
+  return fs::is_directory(path, error);
+}
+
+void refuseTopics(const std::string& path, const RecordingOptions& options) {
+  for (const auto& [option, topic] : {std::pair("--image-topic ", options.image_topic),
+                                      std::pair("--odometry-topic ", options.odometry_topic)}) {
+    if (!topic.empty())
+      throw std::runtime_error(path + ": " + option + topic + " is for a bag; a folder has no topics");
+  }
   if (!options.with_odometry) return;
   throw std::runtime_error(path +
                            ": a folder has no odometry topic; give --odometry profile, orb or a CSV file");
@@ -22,10 +34,10 @@ RecordingKind kittiSequence() {
   RecordingKind kind;
   kind.what = "a KITTI sequence (image_0/, times.txt)";
   kind.recognises = [](const std::string& path, const RecordingOptions& options) {
-    return fs::is_directory(path) && (!options.image_folder.empty() || fs::is_directory(path + "/image_0"));
+    return isFolder(path) && (!options.image_folder.empty() || isFolder(path + "/image_0"));
   };
   kind.open = [](const std::string& path, const RecordingOptions& options) {
-    refuseOdometryTopic(path, options);
+    refuseTopics(path, options);
     if (options.rotate_deg != 0) {
       throw std::runtime_error(path + ": --rotate " + std::to_string(options.rotate_deg) +
                                " is for a recorder's folder; a KITTI sequence has its images upright");
@@ -40,10 +52,10 @@ RecordingKind recorderFolder() {
   RecordingKind kind;
   kind.what = "a recorder's folder (images/, data_image.txt)";
   kind.recognises = [](const std::string& path, const RecordingOptions&) {
-    return fs::is_directory(path) && RecorderFolder::recognises(path);
+    return isFolder(path) && RecorderFolder::recognises(path);
   };
   kind.open = [](const std::string& path, const RecordingOptions& options) {
-    refuseOdometryTopic(path, options);
+    refuseTopics(path, options);
     return std::make_unique<RecorderFolder>(path, options.rotate_deg, options.limits);
   };
   return kind;
@@ -51,14 +63,13 @@ RecordingKind recorderFolder() {
 
 /// What a folder is instead of a recording, and the option or tool that reads that.
 std::string hintFor(const std::string& path) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) return "";
-  if (fs::is_directory(path + "/image_00"))
-    return "; it is a raw drive of KITTI, of which kitti_to_bag makes a bag";
+  if (!isFolder(path)) return "";
+  if (isFolder(path + "/image_00")) return "; it is a raw drive of KITTI, of which kitti_to_bag makes a bag";
   if (fs::exists(path + "/manifest.json")) {
     return "; it is a donkey car's tub, of which donkey_to_kitti makes a sequence";
   }
   std::vector<std::string> folders;
+  std::error_code error;
   for (const auto& entry : fs::directory_iterator(path, error)) {
     const std::string name = entry.path().filename().string();
     if (entry.is_directory(error) && name.rfind("image", 0) == 0) folders.push_back(name);

@@ -2,6 +2,7 @@
 
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/common/state.h"
+#include "ratslam/common/text_file.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/trajectory_io.h"
 
@@ -21,7 +22,8 @@ SnapshotMoments SnapshotMoments::fromTimes(const std::string& text) {
   for (const std::string& word : splitCsv(text)) {
     double time = 0.0;
     if (!parseNumber(word, time) || time < 0.0 || (!moments.times.empty() && time <= moments.times.back())) {
-      throwBadValue("pose-cells-at", text, "it must be rising times in seconds with commas between: 10,20.5");
+      throwBadValue("--pose-cells-at", shown(text),
+                    "it must be rising times in seconds with commas between: 10,20.5");
     }
     moments.times.push_back(time);
   }

@@ -1,5 +1,6 @@
 #include "ratslam/system/run_log.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -154,6 +155,10 @@ RunLog::RunLog(const std::string& folder)
   }
   templates_.stream() << "stamp,template_id,error,relative_rad\n";
   actions_.stream() << "stamp,action,src_id,dest_id,x,y,th\n";
+}
+
+bool RunLog::writes(const std::string& name) {
+  return std::find(kAll.begin(), kAll.end(), name) != kAll.end();
 }
 
 void RunLog::append(const Pipeline::Progress& progress, const ExperienceMap& map) {

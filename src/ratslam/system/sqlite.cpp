@@ -4,9 +4,17 @@
 
 namespace ratslam {
 
+namespace fs = std::filesystem;
+
 SqliteDatabase::SqliteDatabase(const std::string& path, Access access) : path_(path) {
   const bool write = access == Access::kWrite;
-  if (!write && !std::filesystem::exists(path)) fail("there is no such map file");
+  std::error_code error;
+  const fs::file_status there = fs::status(path, error);
+  if (!write && !fs::exists(there)) fail("there is no such map file");
+  if (fs::is_directory(there)) fail("it is a folder, no map file");
+  if (fs::exists(there) && !fs::is_regular_file(there)) {  // a pipe would be waited for
+    fail("it is no regular file (a pipe or a device)");
+  }
   sqlite3* opened = nullptr;
   const int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   const int result = sqlite3_open_v2(path.c_str(), &opened, flags, nullptr);

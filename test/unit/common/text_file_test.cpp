@@ -72,6 +72,15 @@ TEST_F(TextFileTest, WhatIsNoTextIsNamed) {
   EXPECT_NE(complaint(file(std::string("a\0b", 3))).find("no text"), std::string::npos);
 }
 
+TEST_F(TextFileTest, WhatIsLargeOrCannotBeReadIsRefusedInsteadOfTakenForEmpty) {
+  const std::string large = file("a: 1\n");
+  fs::resize_file(large, std::uintmax_t{1} << 36);  // a hole, which reads as zeros
+  EXPECT_NE(complaint(large).find("no text"), std::string::npos);
+  if (fs::exists("/proc/self/mem")) {  // a regular file that gives nothing but an error
+    EXPECT_NE(complaint("/proc/self/mem").find("cannot be read to its end"), std::string::npos);
+  }
+}
+
 TEST_F(TextFileTest, MessagesShowOneShortLine) {
   EXPECT_EQ(shown("  a\x07"
                   "b\n "),
