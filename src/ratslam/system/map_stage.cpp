@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kStateVersion = 2;
 constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
 
-constexpr std::uint32_t kMostExperiences = 100'000'000;
+constexpr std::uint32_t kMostExperiences = 10'000'000;
 constexpr std::size_t kMostGeometry = 20'000;  // that waits: the pose cells are dead
 constexpr std::size_t kMostWaypoints = 100'000;
 

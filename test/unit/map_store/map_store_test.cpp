@@ -130,6 +130,7 @@ TEST_F(MapStore, HasOneWriter) {
 
 TEST_F(MapStore, RefusesWhatIsNoMapFile) {
   EXPECT_NE(messageOf([&] { loadMapFile(path()); }).find("there is no such map file"), std::string::npos);
+  EXPECT_NE(messageOf([&] { loadMapFile("/tmp"); }).find("it is a folder"), std::string::npos);
   writeBytes(path(), std::vector<char>(5000, 'x'));
   EXPECT_NE(messageOf([&] { loadMapFile(path()); }).find("it is not a map file"), std::string::npos);
   EXPECT_NE(messageOf([&] { MapWriter writer(path()); }).find("it is not a map file"), std::string::npos);

@@ -57,6 +57,18 @@ std::size_t bytesOf(const MapStage& stage) {
   return state.toBytes().size();
 }
 
+TEST(MapStage, ANumberBeyondAllSensePutsNoMemoryAside) {
+  MapStage stage(ExperienceMapParams{}, false);
+  stage.addOdometry(sampleAt(0, 1.0));
+  TopologicalAction absurd = action(kSecond, ActionKind::kCreateNode, 0, 99'999'999);
+  absurd.session = {1, 0};
+  stage.addDecision(absurd);
+  stage.addOdometry(sampleAt(2 * kSecond, 1.0));
+  EXPECT_TRUE(stage.drain().empty());
+  EXPECT_EQ(stage.takeRefusals().size(), 1U);
+  EXPECT_LT(bytesOf(stage), 1'000'000U);
+}
+
 TEST(MapStage, GeometryThatNoDecisionAsksForIsBoundedAndTheMapGoesOn) {
   constexpr int kSilent = 50'000;  // images while the pose cells are dead
   MapStage stage(ExperienceMapParams{}, true);
