@@ -9,6 +9,7 @@
 #include "map_export.h"
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/dataset/csv.h"
+#include "ratslam/system/map_merge.h"
 #include "ratslam/system/map_store.h"
 
 namespace {
@@ -19,6 +20,8 @@ namespace po = boost::program_options;
 const char kUsage[] =
     "Usage: ratslam_map info FILE          what is in a map file (docs/map_file.md)\n"
     "       ratslam_map check FILE         whether it is sound; exits with 1 where it is not\n"
+    "       ratslam_map merge A B -o OUT   one map of two, joined where they share places; the same in both "
+    "orders\n"
     "       ratslam_map prune FILE -o OUT  the same map without what only the run that made it needs\n"
     "       ratslam_map export FILE --format tum|yaml|graphml|geojson -o OUT [--anchor=LAT,LON,BEARING]\n"
     "FILE is what ratslam_run --save-map wrote, or a checkpoint of a node.\n";
@@ -26,6 +29,7 @@ const char kUsage[] =
 struct Options {
   std::string command;
   std::string file;
+  std::string second;
   std::string out;
   std::string format;
   std::string anchor;
@@ -41,9 +45,10 @@ std::optional<Options> parse(int argc, char** argv) {
       "axis, "
       "clockwise from north [deg]; --anchor=-33.9,151.2,90 where it begins with a minus");
   po::options_description all;
-  all.add(visible).add_options()("command", po::value(&options.command))("file", po::value(&options.file));
+  all.add(visible).add_options()("command", po::value(&options.command))("file", po::value(&options.file))(
+      "second", po::value(&options.second));
   po::positional_options_description positional;
-  positional.add("command", 1).add("file", 1);
+  positional.add("command", 1).add("file", 1).add("second", 1);
   po::variables_map values;
   const int style = po::command_line_style::default_style ^ po::command_line_style::allow_guessing;
   po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
@@ -55,6 +60,11 @@ std::optional<Options> parse(int argc, char** argv) {
   }
   if (options.command.empty() || options.file.empty()) {
     throw std::invalid_argument("a command and a map file are needed; see --help");
+  }
+  if (options.second.empty() == (options.command == "merge")) {
+    throw std::invalid_argument(options.command == "merge"
+                                    ? "merge needs two map files"
+                                    : options.second + ": " + options.command + " takes one map file");
   }
   return options;
 }
@@ -79,7 +89,8 @@ int check(const Options& options) {
 
 void requireOut(const Options& options) {
   if (options.out.empty()) throw std::invalid_argument(options.command + " needs -o FILE");
-  if (options.out == options.file) throw std::invalid_argument(options.out + ": it is the map itself");
+  if (options.out == options.file || options.out == options.second)
+    throw std::invalid_argument(options.out + ": it is the map itself");
 }
 
 void prune(const Options& options) {
@@ -92,6 +103,20 @@ void prune(const Options& options) {
   }
   const MapLock lock(options.out);
   MapWriter(options.out).save(pruned);
+}
+
+void merge(const Options& options) {
+  requireOut(options);
+  const MapCheckpoint first = loadMapFile(options.file);
+  const MapCheckpoint second = loadMapFile(options.second);
+  requireParameters(options.second, second, first.parameters);
+  const MapMerge merged = mergeMaps(first, second);
+  const MapLock lock(options.out);
+  MapWriter(options.out).save(merged.map);
+  std::cout << options.out << ": the map that began first has " << merged.first_experiences
+            << " experiences, the other " << merged.second_experiences << ", both together "
+            << merged.experiences << " in " << merged.components
+            << (merged.components == 1 ? " component\n" : " components\n");
 }
 
 MapAnchor parseAnchor(const std::string& text) {
@@ -128,6 +153,8 @@ int run(const Options& options) {
   if (options.command == "check") return check(options);
   if (options.command == "info") {
     info(options);
+  } else if (options.command == "merge") {
+    merge(options);
   } else if (options.command == "prune") {
     prune(options);
   } else if (options.command == "export") {

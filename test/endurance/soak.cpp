@@ -1,13 +1,19 @@
-// Drives the pose cells and the map for very long: one loop patrolled, then new streets, then the loop again, with
-// odometry that drifts and views that are recalled. Prints memory and time over the frames.
-// Usage: soak [FRAMES] > soak.csv     (1,000,000 frames where none are given)
+// Drives the pose cells and the map for very long, with odometry that drifts and views that are recalled. Prints memory
+// and processor time over the frames.
+// Usage: soak [FRAMES [streets|patrol|network [EXP_DENSITY]]] > soak.csv
+//   streets  (1,000,000 frames) one loop of 2 km for eight tenths of them, then new streets, then the loop again
+//   patrol   (500,000 frames) one loop of 500 m, a row a lap
+//   network  (10,000,000 frames: a month at four a second) a grid of 24 streets, turned into at random at each crossing
+#include <time.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <map>
+#include <memory>
 #include <random>
 #include <string>
 
@@ -18,10 +24,9 @@ namespace {
 
 using namespace ratslam;
 
-constexpr std::size_t kLoopFrames = 2000;  // 10 frames a second, 1 m a frame
+constexpr double kPi2 = 2.0 * 3.14159265358979323846;
+constexpr double kSpeed = 10.0;            // [m/s], 10 frames a second: 1 m a frame
 constexpr std::size_t kFramesPerView = 4;  // a new view every so many metres
-constexpr double kYawRate =
-    2.0 * 3.14159265358979323846 / (0.1 * kLoopFrames);  // [rad/s] once round the loop
 
 double residentMegabytes() {
   std::ifstream file("/proc/self/statm");
@@ -30,50 +35,156 @@ double residentMegabytes() {
   return static_cast<double>(pages) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1048576.0;
 }
 
-/// Four fifths of the time on the loop, a tenth in new streets, a tenth on the loop again.
-bool onLoop(std::size_t frame, std::size_t frames) {
-  return frame < frames / 10 * 8 || frame >= frames / 10 * 9;
+/// Of this thread, so that other programs do not count.
+double processorMilliseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
+
+/// Where the next frame lies: what turns the robot on the way to it, and a number of what is seen there.
+struct Step {
+  double yaw_rate = 0.0;  ///< [rad/s]
+  std::uint64_t place = 0;
+};
+
+class Road {
+ public:
+  virtual ~Road() = default;
+  virtual Step next() = 0;
+};
+
+class Loop : public Road {
+ public:
+  explicit Loop(std::size_t length) : length_(length) {}
+  Step next() override {
+    const std::size_t at = frame_++ % length_;
+    return {kPi2 * kSpeed / static_cast<double>(length_), at / kFramesPerView};
+  }
+
+ private:
+  std::size_t length_;
+  std::size_t frame_ = 0;
+};
+
+/// The loop, then a straight road that nobody has seen, then the loop again.
+class LoopAndStreets : public Road {
+ public:
+  explicit LoopAndStreets(std::size_t frames) : frames_(frames) {}
+  Step next() override {
+    const std::size_t frame = frame_++;
+    if (frame < frames_ / 10 * 8 || frame >= frames_ / 10 * 9) return loop_.next();
+    return {0.0, kNew + frame / kFramesPerView};
+  }
+
+ private:
+  static constexpr std::uint64_t kNew = 1'000'000;
+  std::size_t frames_;
+  std::size_t frame_ = 0;
+  Loop loop_{2000};
+};
+
+/// Crossings 100 m apart, 4 x 4 of them, in arcs of 10 m where the robot turns.
+class Network : public Road {
+ public:
+  Step next() override {
+    if (at_ == kStreet + kCrossing) enterStreet();
+    const bool turns = at_ >= kStreet && turn_ != 0;
+    const Step step{turns ? turn_ * kPi2 / 4.0 / (0.1 * kCrossing) : 0.0, place()};
+    if (++at_ == kStreet) chooseTurn();
+    return step;
+  }
+
+ private:
+  static constexpr int kSide = 4;
+  static constexpr int kStreet = 88;  // frames between crossings, and through one
+  static constexpr int kCrossing = 10;
+
+  static int dx(int direction) { return direction == 0 ? 1 : direction == 2 ? -1 : 0; }
+  static int dy(int direction) { return direction == 1 ? 1 : direction == 3 ? -1 : 0; }
+  bool leadsOn(int direction) const {
+    const int x = x_ + dx(direction);
+    const int y = y_ + dy(direction);
+    return x >= 0 && y >= 0 && x < kSide && y < kSide;
+  }
+  /// The street that ends at crossing (x_, y_), or the way through that crossing.
+  std::uint64_t place() const {
+    const std::uint64_t crossing =
+        static_cast<std::uint64_t>((x_ * kSide + y_) * 4 + direction_) * 3 + static_cast<unsigned>(turn_ + 1);
+    const auto part = static_cast<std::uint64_t>(at_) / kFramesPerView;
+    return at_ < kStreet ? (crossing - static_cast<unsigned>(turn_ + 1)) * 100 + part
+                         : crossing * 100 + 50 + part;
+  }
+  void chooseTurn() {
+    do {
+      turn_ = std::uniform_int_distribution<int>(-1, 1)(random_);
+    } while (!leadsOn((direction_ + turn_ + 4) % 4));
+  }
+  void enterStreet() {
+    direction_ = (direction_ + turn_ + 4) % 4;
+    x_ += dx(direction_);
+    y_ += dy(direction_);
+    at_ = 0;
+    turn_ = 0;
+  }
+
+  std::mt19937 random_{7};
+  int x_ = 1;
+  int y_ = 0;
+  int direction_ = 0;
+  int turn_ = 0;
+  int at_ = 0;
+};
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::size_t frames = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 1'000'000;
-  const std::size_t window = std::max<std::size_t>(frames / 100, 1);
+  const std::string kind = argc > 2 ? argv[2] : "streets";
+  const std::size_t usual = kind == "patrol" ? 500'000 : kind == "network" ? 10'000'000 : 1'000'000;
+  const std::size_t frames = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : usual;
+  std::size_t window = std::max<std::size_t>(frames / 100, 1);
+  std::unique_ptr<Road> road;
+  if (kind == "streets") road = std::make_unique<LoopAndStreets>(frames);
+  if (kind == "network") road = std::make_unique<Network>();
+  if (kind == "patrol") road = std::make_unique<Loop>(window = 500);
+  if (!road || frames == 0) {
+    std::cerr << "Usage: soak [FRAMES [streets|patrol|network [EXP_DENSITY]]]\n";
+    return 2;
+  }
   PoseCellParams cells;
   cells.cell_size = 10.0;
+  if (argc > 3) cells.experience_density = std::strtod(argv[3], nullptr);
   ExperienceMapParams map_params;
   PoseCellStage pose_cells(cells);
   MapStage map(map_params, false);
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 1.0);
-  std::uint32_t learned = 0;
-  const std::uint32_t views_of_loop = kLoopFrames / kFramesPerView;
+  std::map<std::uint64_t, std::uint32_t> view_of_place;
   double worst_ms = 0.0;
   double sum_ms = 0.0;
   std::cout << "frames,experiences,links,graph_nodes,memory_mb,mean_ms,worst_ms\n";
   for (std::size_t frame = 0; frame < frames; ++frame) {
-    const bool loop = onLoop(frame, frames);
+    const Step step = road->next();
     OdometrySample sample;
     sample.stamp = static_cast<Stamp>(frame + 1) * 100'000'000;
-    sample.speed = 10.0 * (1.0 + 0.02 * noise(random));
-    sample.yaw_rate = (loop ? kYawRate : 0.0) + 0.002 * noise(random);
-    const auto place = static_cast<std::uint32_t>(frame % kLoopFrames / kFramesPerView);
+    sample.speed = kSpeed * (1.0 + 0.02 * noise(random));
+    sample.yaw_rate = step.yaw_rate + 0.002 * noise(random);
+    const auto [seen, learned] =
+        view_of_place.emplace(step.place, static_cast<std::uint32_t>(view_of_place.size()));
     ViewEvent view;
     view.stamp = sample.stamp;
-    view.learned = loop ? place >= learned : frame % kFramesPerView == 0;
-    view.id = loop ? place : (view.learned ? std::max(learned, views_of_loop) : learned - 1);
-    if (view.learned) learned = view.id + 1;
+    view.learned = learned;
+    view.id = seen->second;
 
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = processorMilliseconds();
     pose_cells.addOdometry(sample);
     map.addOdometry(sample);
     pose_cells.addView(view);
     for (const PoseCellDecision& decision : pose_cells.drain()) map.addDecision(decision.action);
     map.drain();
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
-    worst_ms = std::max(worst_ms, took.count());
-    sum_ms += took.count();
+    const double took = processorMilliseconds() - begin;
+    worst_ms = std::max(worst_ms, took);
+    sum_ms += took;
     if ((frame + 1) % window == 0) {
       const ExperienceGraph& graph = map.map().graph();
       std::cout << frame + 1 << ',' << graph.experiences().size() << ',' << graph.links().size() << ','

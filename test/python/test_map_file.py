@@ -179,3 +179,58 @@ def test_a_pruned_map_is_smaller_and_sound(programs, whole, tmp_path):
     succeed(programs[2], "prune", whole / "map.db", "-o", tmp_path / "small.db")
     assert (tmp_path / "small.db").stat().st_size < (whole / "map.db").stat().st_size
     succeed(programs[2], "check", tmp_path / "small.db")
+
+
+@pytest.fixture(scope="module")
+def parts(programs, drive, tmp_path_factory):
+    """Maps of the drive's frames 0-79, 40-119 and 90-119, each made without the others."""
+    out = tmp_path_factory.mktemp("parts")
+    for name, begin, count in (("first", 0, 80), ("second", 40, 80), ("last", 90, 30)):
+        words = ("--from-frame", begin, "--max-frames", count, "--out", out / name)
+        succeed(programs[0], *drive, *words, "--save-map", out / f"{name}.db")
+    return out
+
+
+def templates_of(path):
+    return sqlite3.connect(str(path)).execute("SELECT count(*) FROM template").fetchone()[0]
+
+
+def test_maps_that_share_places_become_one_in_either_order(programs, drive, parts, tmp_path):
+    ratslam_map = programs[2]
+    orders = (("first", "second"), ("second", "first"))
+    for number, (one, other) in enumerate(orders):
+        done = succeed(
+            ratslam_map, "merge", parts / f"{one}.db", parts / f"{other}.db", "-o", tmp_path / f"{number}.db"
+        )
+        assert "in 1 component\n" in done.stdout, done.stdout
+        succeed(ratslam_map, "check", tmp_path / f"{number}.db")
+        words = ("--format", "yaml", "-o", tmp_path / f"{number}.yaml")
+        succeed(ratslam_map, "export", tmp_path / f"{number}.db", *words)
+    assert filecmp.cmp(tmp_path / "0.yaml", tmp_path / "1.yaml", shallow=False)
+    both = templates_of(tmp_path / "0.db")
+    counts = [templates_of(parts / f"{name}.db") for name in ("first", "second")]
+    assert max(counts) <= both < sum(counts) - 8, "what both know is in it once"
+    done = succeed(programs[0], *drive, "--load-map", tmp_path / "0.db", "--localise-only", "--out", tmp_path / "run")
+    assert "a new stretch begins" in done.stderr
+
+
+def test_maps_that_share_nothing_stay_two_components(programs, parts, tmp_path):
+    words = (parts / "first.db", parts / "last.db", "-o", tmp_path / "both.db")
+    assert "in 2 components\n" in succeed(programs[2], "merge", *words).stdout
+    counts = [templates_of(path) for path in (parts / "first.db", parts / "last.db", tmp_path / "both.db")]
+    assert counts[0] + counts[1] == counts[2]
+
+
+def test_what_cannot_be_merged_is_said_in_one_line(programs, drive, parts, tmp_path):
+    words = ("--max-frames", 20, "--set", "pc_dim_xy=40", "--save-map", tmp_path / "other.db", "--out", tmp_path / "run")
+    succeed(programs[0], *drive, *words)
+    first, other, both = parts / "first.db", tmp_path / "other.db", tmp_path / "both.db"
+    for words, complaint in (
+        ((first, other, "-o", both), f"{other}: made with pc_dim_xy = 40, but it is 30 now"),
+        ((first, "-o", both), "merge needs two map files"),
+        ((first, other, "-o", first), f"{first}: it is the map itself"),
+    ):
+        done = call(programs[2], "merge", *words)
+        assert done.returncode == 1 and done.stderr.startswith(f"ratslam_map: {complaint}"), done.stderr
+        assert done.stderr.count("\n") == 1
+        assert not both.exists()

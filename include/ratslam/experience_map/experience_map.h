@@ -73,6 +73,9 @@ class ExperienceMap {
 
   const ExperienceGraph& graph() const { return graph_; }
 
+  /// Frame of an experience, as the samples of the trajectory name it.
+  std::uint32_t frameOf(std::uint32_t experience) const { return solver_->frameOf(experience); }
+
   /// Frames that the solver keeps: one an experience, and with exp_solver graph those of recalls.
   std::size_t frames() const { return solver_->frames(); }
 

@@ -80,6 +80,9 @@ class LocalViewCells {
   /// Learned view `id` for display: 8-bit mono. @throws std::out_of_range.
   cv::Mat templateImage(std::uint32_t id) const;
 
+  /// Learned view `id`, for another map to look at. @throws std::out_of_range.
+  View learned(std::uint32_t id) const { return pair_.matcher->learned(id); }
+
   /// The same of the present view, learned or not; empty before the first event.
   const cv::Mat& viewImage() const { return view_image_; }
 

@@ -46,6 +46,9 @@ class ViewMatcher {
   /// The same measure of learned view `id` alone, at variant 0. @throws std::out_of_range.
   virtual ViewMatch compareWith(const View& view, std::uint32_t id) = 0;
 
+  /// Learned view `id` as a view that can be compared, and learned elsewhere. @throws std::out_of_range.
+  virtual View learned(std::uint32_t id) const = 0;
+
   /// All learned views against all variants of a view, or against the one that the matcher has for all.
   virtual void compareAll(const View& view, ViewLikeness& likeness) = 0;
 

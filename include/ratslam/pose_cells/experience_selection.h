@@ -7,6 +7,11 @@
 ///     experience of the active view cell becomes current if nearer than the
 ///     threshold, else create one;
 ///  3. otherwise nothing happens.
+///
+/// With exp_density k > 0 the map grows denser where experience is richer: the threshold of an experience at which the
+/// robot has come to be n times more is exp_delta_pc_threshold / (1 + k ln(1 + n)), so that a stretch of way has a number of
+/// experiences that grows with the logarithm of the visits. One that is created between known ones of its view has
+/// the visits of the nearest.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +27,12 @@ namespace ratslam {
 
 class State;
 
+/// The view cell of an experience, and the heading there relative to that at which its template was learned [rad].
+struct PlaceView {
+  std::uint32_t view_id = 0;
+  double relative_rad = 0.0;
+};
+
 class ExperienceSelector {
  public:
   explicit ExperienceSelector(const PoseCellParams& params) : params_(params) {}
@@ -32,6 +43,9 @@ class ExperienceSelector {
 
   /// Experiences of view cells from a number on are not recognised again: these will stand for other views.
   void forgetViewsFrom(std::uint32_t view_id);
+
+  /// None where the view of an experience is known no more. @throws std::out_of_range
+  std::optional<PlaceView> viewOf(std::uint32_t experience) const;
 
   /// How many experiences there are.
   std::size_t size() const { return experiences_.size(); }
@@ -52,12 +66,14 @@ class ExperienceSelector {
     PoseCellEstimate where;
     std::uint32_t view_id = 0;
     double relative_rad = 0.0;  ///< of the view event that created it
+    std::uint32_t visits = 0;   ///< how often it was recalled; counted where the threshold depends on it
 
     template <class Fields>
     void stateFields(Fields&& fields) {
       fields("where", where);
       fields("view_id", view_id);
       fields("relative_rad", relative_rad);
+      fields("visits", visits);
     }
   };
 
@@ -66,7 +82,11 @@ class ExperienceSelector {
   /// Distance on the torus [cells], the heading corrected by the relative heading.
   double distance(const ViewEvent& view, const PoseCellEstimate& estimate,
                   const Experience& experience) const;
+  /// Distance from an experience beyond which a place is another one [cells].
+  double reach(const Experience& experience) const;
   std::optional<std::uint32_t> nearestOther(const ViewEvent& view, const PoseCellEstimate& estimate) const;
+  /// Visits of the experience of a view that is nearest, within the distance that holds without visits.
+  std::uint32_t visitsAround(const ViewEvent& view, const PoseCellEstimate& estimate) const;
   void indexViews();
   std::uint32_t create(const ViewEvent& view, const PoseCellEstimate& estimate);
 

@@ -22,6 +22,8 @@ struct PoseCellParams {
   double restore = 0.05;            ///< saturation that every view cell loses at each view event
   bool openratslam_corner = true;   ///< path integration treats the plane's corner as OpenRatSLAM does
   double experience_distance = 2.0;  ///< cell-space distance beyond which a place is another one [cells]
+  double experience_density =
+      0.0;  ///< k of the law by which that distance shrinks with visits; 0: it does not
 
   /// Width of the excitation along heading, the default resolved [layers].
   double excitationVarTh() const { return excitation_var_th > 0.0 ? excitation_var_th : excitation_var; }
@@ -49,6 +51,9 @@ struct PoseCellParams {
     visit("pc_vt_restore", restore, Bounds{0, 1e3}, "saturation lost at each view event");
     visit("exp_delta_pc_threshold", experience_distance, Bounds{0, 1e6},
           "distance beyond which a place is another one [cells]");
+    visit("exp_density", experience_density, Bounds{0, 100},
+          "k: after n visits of a place that distance is exp_delta_pc_threshold / (1 + k ln(1 + n)); 0: it "
+          "stays");
   }
 
   /// @throws std::invalid_argument naming key, value and requirement.

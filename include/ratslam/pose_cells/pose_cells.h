@@ -47,6 +47,7 @@ class PoseCells {
 
   /// View cells from a number on will stand for other views: what is tied to them is forgotten.
   void forgetViewsFrom(std::uint32_t view_id);
+  std::optional<PlaceView> viewOf(std::uint32_t experience) const { return selector_.viewOf(experience); }
   /// How many experiences have been created.
   std::size_t experiences() const { return selector_.size(); }
 

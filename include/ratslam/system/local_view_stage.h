@@ -62,6 +62,7 @@ class LocalViewStage {
   /// Whether the images have gone back in time and the odometry has not, so far.
   bool waitsForOdometryToGoBack() const { return gate_.waitsForOdometryToGoBack(); }
   const LocalViewCells& cells() const { return cells_; }
+  LocalViewCells& cells() { return cells_; }
 
   /// Forgets what the streams have brought: what comes next is another drive, or another part of this one.
   void interrupt();

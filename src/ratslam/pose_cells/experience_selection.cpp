@@ -19,12 +19,13 @@ TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCe
   // The view cell of the current experience is the one of the last decision: every change of it ends in step
   // 1 or 2.
   const bool moved = experiences_.empty() || experiences_[current_].view_id != view.id ||
-                     distance(view, estimate, experiences_[current_]) > params_.experience_distance;
+                     distance(view, estimate, experiences_[current_]) > reach(experiences_[current_]);
   if (moved) {
     const std::optional<std::uint32_t> match = nearestOther(view, estimate);
     if (!match && !learning_) return stay(view.stamp);
     action.kind = match ? ActionKind::kCreateEdge : ActionKind::kCreateNode;
     current_ = match ? *match : create(view, estimate);
+    if (match && learning_ && params_.experience_density > 0.0) ++experiences_[current_].visits;
   }
   action.dest_id = current_;
   action.relative_rad = relativeHeading(view, experiences_[current_]);
@@ -60,7 +61,7 @@ std::optional<std::uint32_t> ExperienceSelector::nearestOther(const ViewEvent& v
   for (const std::uint32_t id : candidates->second) {
     if (id == current_) continue;
     const double d = distance(view, estimate, experiences_[id]);
-    if (d < nearest_distance) {
+    if (d < nearest_distance && d < reach(experiences_[id])) {
       nearest = id;
       nearest_distance = d;
     }
@@ -68,11 +69,36 @@ std::optional<std::uint32_t> ExperienceSelector::nearestOther(const ViewEvent& v
   return nearest;
 }
 
+double ExperienceSelector::reach(const Experience& experience) const {
+  return params_.experience_distance / (1.0 + params_.experience_density * std::log1p(experience.visits));
+}
+
+std::uint32_t ExperienceSelector::visitsAround(const ViewEvent& view,
+                                               const PoseCellEstimate& estimate) const {
+  const auto around = of_view_.find(view.id);
+  if (params_.experience_density == 0.0 || around == of_view_.end()) return 0;
+  std::uint32_t visits = 0;
+  double nearest_distance = params_.experience_distance;
+  for (const std::uint32_t id : around->second) {
+    const double d = distance(view, estimate, experiences_[id]);
+    if (d >= nearest_distance) continue;
+    visits = experiences_[id].visits;
+    nearest_distance = d;
+  }
+  return visits;
+}
+
 std::uint32_t ExperienceSelector::create(const ViewEvent& view, const PoseCellEstimate& estimate) {
   const auto id = static_cast<std::uint32_t>(experiences_.size());
-  experiences_.push_back({estimate, view.id, view.relative_rad});
+  experiences_.push_back({estimate, view.id, view.relative_rad, visitsAround(view, estimate)});
   of_view_[view.id].push_back(id);
   return id;
+}
+
+std::optional<PlaceView> ExperienceSelector::viewOf(std::uint32_t experience) const {
+  const Experience& there = experiences_.at(experience);
+  if (there.view_id == kForgotten) return std::nullopt;
+  return PlaceView{there.view_id, there.relative_rad};
 }
 
 void ExperienceSelector::forgetViewsFrom(std::uint32_t view_id) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <opencv2/imgproc.hpp>
 #include <random>
 #include <string>
 #include <vector>
@@ -251,6 +252,29 @@ TEST(LocalViewCells, ShowsTemplatesAndTheView) {
   EXPECT_EQ(cells.templateImage(0).at<std::uint8_t>(7, 1), 40);
   EXPECT_EQ(cells.viewImage().at<std::uint8_t>(0, 0), 44);
   EXPECT_THROW(cells.templateImage(static_cast<std::uint32_t>(cells.size())), std::out_of_range);
+}
+
+TEST(LocalViewCells, GiveTheirViewsToOthersAsTheyWere) {
+  for (const char* descriptor : {"blocks", "orientation"}) {
+    LocalViewParams params = smallParams();
+    params.descriptor = descriptor;
+    params.view_template.normalisation = 0.4;
+    LocalViewCells ours(params);
+    LocalViewCells others(params);
+    std::vector<cv::Mat> images = places(4);
+    for (cv::Mat& image : images) cv::resize(image, image, {}, 4.0, 4.0, cv::INTER_NEAREST);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      ours.observe(i, images[i]);
+      ASSERT_EQ(ours.size(), i + 1) << descriptor;
+      EXPECT_TRUE(others.observe(i, ours.learned(i), cv::Mat(), ViewMotion{}).learned) << descriptor;
+    }
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      const ViewEvent recalled = others.observe(10 + i, images[i]);
+      EXPECT_EQ(recalled.id, i) << descriptor;
+      EXPECT_FALSE(recalled.learned) << descriptor;
+      EXPECT_NEAR(recalled.error, 0.0, 1e-3) << descriptor;
+    }
+  }
 }
 
 TEST(LocalViewCells, NeitherLearnsNorRecallsWhatShowsNothing) {

@@ -1,8 +1,10 @@
 /// View input and experience selection.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "against_oracle.h"
 #include "ratslam/pose_cells/pose_cells.h"
@@ -138,6 +140,46 @@ TEST(ExperienceSelector, AnExperienceCreatedTurnedIsRecognisedAtOnce) {
   EXPECT_EQ(created.kind, ActionKind::kCreateNode);
   EXPECT_EQ(created.relative_rad, 0.0);  // it faces where the robot faces
   EXPECT_EQ(selector.select(view(5, 9 * layer), {10, 10, 19}).kind, ActionKind::kNone);
+}
+
+/// A way of three cells under one view, driven over and over in steps of a sixteenth of a cell.
+std::vector<std::size_t> experiencesOverVisits(double density, int visits) {
+  PoseCellParams params;
+  params.experience_density = density;
+  ExperienceSelector selector(params);
+  std::vector<std::size_t> counts;
+  for (int visit = 0; visit < visits; ++visit) {
+    for (int step = 0; step <= 48; ++step) selector.select(view(5), {5.0 + step / 16.0, 10, 10});
+    selector.select(view(6), {15, 10, 10});
+    counts.push_back(selector.size());
+  }
+  return counts;
+}
+
+TEST(ExperienceSelector, TheMapGrowsDenserWithTheLogarithmOfTheVisits) {
+  const std::vector<std::size_t> off = experiencesOverVisits(0.0, 1000);
+  EXPECT_EQ(off.front(), off.back());
+  const std::vector<std::size_t> on = experiencesOverVisits(1.0, 1000);
+  EXPECT_EQ(on.front(), off.front());
+  // By the law the way holds 3 / D(n) experiences, D(n) = 2 / (1 + ln(1 + n)).
+  for (const int visits : {10, 30, 100, 300, 1000}) {
+    const double by_law = 3.0 / 2.0 * (1.0 + std::log1p(visits));
+    const auto count = static_cast<double>(on[static_cast<std::size_t>(visits) - 1]);
+    EXPECT_GT(count, 0.5 * by_law) << visits << " visits";
+    EXPECT_LT(count, 2.0 * by_law + 3.0) << visits << " visits";
+  }
+}
+
+TEST(ExperienceSelector, WithoutLearningVisitsDoNotCount) {
+  PoseCellParams params;
+  params.experience_density = 1.0;
+  ExperienceSelector selector(params);
+  selector.select(view(5), {10, 10, 10});
+  selector.setLearning(false);
+  for (int visit = 0; visit < 100; ++visit) {
+    selector.select(view(6), {15, 10, 10});
+    EXPECT_EQ(selector.select(view(5), {11, 10, 10}).kind, ActionKind::kNone) << visit << " visits";
+  }
 }
 
 TEST(PoseCells, NothingToDecideBeforeTheFirstView) {

@@ -45,6 +45,9 @@ class PackedTemplate {
   /// @param bytes those values, each quantised, in the same order (row by row).
   std::vector<double> values(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) const;
 
+  /// The block sums that those values are computed from; above what makes a value of 1 they are cut.
+  BlockSums blocks(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) const;
+
   std::size_t memoryBytes() const { return sizeof *this + packed_bytes_; }
 
  private:

@@ -62,6 +62,10 @@ class TemplateMatcher {
   /// Values of template `id` as they were added, to the last bit, row by row. @throws std::out_of_range.
   std::vector<double> values(std::uint32_t id) const;
 
+  /// Block sums of template `id`: what its values are computed from, sums that make a value of 1 cut to the least of them.
+  /// @throws std::out_of_range.
+  BlockSums blocks(std::uint32_t id) const;
+
   /// Values of template `id` in 8 bits, row by row. @throws std::out_of_range.
   std::vector<std::uint8_t> bytes(std::uint32_t id) const;
 

@@ -32,6 +32,7 @@ class ByteMatcher : public ViewMatcher {
   std::size_t size() const override { return lengths_.size(); }
   std::optional<ViewMatch> findBest(const View& view) override;
   ViewMatch compareWith(const View& view, std::uint32_t id) override;
+  View learned(std::uint32_t id) const override;
   void compareAll(const View& view, ViewLikeness& likeness) override;
   double novelty(const View& view, const View& before) const override;
   cv::Mat picture(std::uint32_t id) const override;

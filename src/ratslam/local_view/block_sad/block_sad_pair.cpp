@@ -17,18 +17,23 @@ bool hasTexture(const BlockSums& blocks) {
   return (*brightest - *darkest) * 255 >= blocks.full_scale;
 }
 
+View viewOf(const BlockSums& blocks) {
+  View view;
+  view.variants.emplace_back();
+  std::vector<double>& values = view.variants.front().values;
+  values.assign(blocks.sums.begin(), blocks.sums.end());
+  values.push_back(static_cast<double>(blocks.full_scale));
+  return view;
+}
+
 class BlockDescriptor : public ViewDescriptor {
  public:
   explicit BlockDescriptor(const TemplateParams& params) : params_(params) {}
 
   View describe(const cv::Mat& image) override {
     const BlockSums blocks = templateBlocks(image, params_);
-    View view;
+    View view = viewOf(blocks);
     view.textured = hasTexture(blocks);
-    view.variants.emplace_back();
-    std::vector<double>& values = view.variants.front().values;
-    values.assign(blocks.sums.begin(), blocks.sums.end());
-    values.push_back(static_cast<double>(blocks.full_scale));
     return view;
   }
 
@@ -52,6 +57,8 @@ class BlockSadMatcher : public ViewMatcher {
   ViewMatch compareWith(const View& view, std::uint32_t id) override {
     return matchOf(search_.compareWith(templateOf(view), id));
   }
+
+  View learned(std::uint32_t id) const override { return viewOf(search_.blocks(id)); }
 
   void compareAll(const View& view, ViewLikeness& likeness) override {
     likeness.variants = 1;

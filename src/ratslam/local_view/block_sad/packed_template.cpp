@@ -75,6 +75,10 @@ PackedTemplate::Record PackedTemplate::record() const {
 
 std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& bytes,
                                            const TemplateParams& params) const {
+  return templateValues(blocks(bytes, params), scale_, params);
+}
+
+BlockSums PackedTemplate::blocks(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) const {
   BlockSums blocks;
   blocks.columns = params.x_size;
   blocks.rows = params.y_size;
@@ -91,7 +95,7 @@ std::vector<double> PackedTemplate::values(const std::vector<std::uint8_t>& byte
     std::memcpy(&word, packed_.get() + position / 8, kReadBytes);
     blocks.sums[i] = smallest_sums[bytes[i]] + ((word >> (position % 8)) & mask);
   }
-  return templateValues(blocks, scale_, params);
+  return blocks;
 }
 
 }  // namespace ratslam

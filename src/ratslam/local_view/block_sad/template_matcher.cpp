@@ -139,6 +139,10 @@ std::vector<double> TemplateMatcher::values(std::uint32_t id) const {
   return packed_.at(id).values(bytes(id), params_.view_template);
 }
 
+BlockSums TemplateMatcher::blocks(std::uint32_t id) const {
+  return packed_.at(id).blocks(bytes(id), params_.view_template);
+}
+
 std::optional<TemplateMatch> TemplateMatcher::findBest(const ViewTemplate& view) {
   checkSize(view);
   coarse_.setView(view.values);

@@ -153,6 +153,13 @@ std::vector<std::int8_t> ByteMatcher::valuesOf(std::uint32_t id) const {
   return values;
 }
 
+View ByteMatcher::learned(std::uint32_t id) const {
+  View view;
+  view.variants.emplace_back();
+  for (const std::int8_t byte : valuesOf(id)) view.variants.front().values.push_back(byte / kLevelsInOne);
+  return view;
+}
+
 cv::Mat ByteMatcher::picture(std::uint32_t id) const { return painter_(valuesOf(id)); }
 
 cv::Mat ByteMatcher::picture(const View& view) const {

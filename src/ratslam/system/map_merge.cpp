@@ -1,0 +1,306 @@
+#include "ratslam/system/map_merge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "ratslam/common/angles.h"
+#include "ratslam/system/pipeline.h"
+
+namespace ratslam {
+namespace {
+
+/// A view is shown again so often at most, at the pace of a camera.
+constexpr double kViewPeriod = 0.1;  // [s]
+/// Longer steps of a path that was thinned are driven in several.
+constexpr double kLongestStep = 0.5;  // [s]
+constexpr int kMostSteps = 1000;
+
+/// What the first map's gates wait for does not matter: nothing that they have heard of comes later.
+OdometryStreamParams patient() {
+  OdometryStreamParams params;
+  params.odometry_gap = 1e6;  // a robot that stood still has left a long step
+  return params;
+}
+
+PipelineParams paramsOf(const std::map<std::string, std::string>& texts) {
+  ParameterMap parameters;
+  PipelineParams params;
+  params.visitFields([&](const std::string& key, auto& field, const Bounds&, const char*) {
+    const auto found = texts.find(key);
+    if (found == texts.end()) return;
+    ParameterValue value;
+    value.text = found->second;
+    value.origin = "the map";
+    if constexpr (std::is_same_v<std::decay_t<decltype(field)>, std::vector<double>>) {
+      value.is_list = true;
+      std::istringstream words(found->second);
+      for (std::string word; words >> word;) value.elements.push_back(word);
+    }
+    parameters.set(key, value);
+  });
+  return PipelineParams::fromMap(parameters);
+}
+
+/// The stages of a map.
+struct Stages {
+  Stages(const PipelineParams& params, const State& state)
+      : local_view(params.local_view, params.recall_geometry, patient()),
+        pose_cells(params.pose_cells, patient()),
+        map(params.experience_map, false, patient()) {
+    local_view.load(state.child("local_view"));
+    pose_cells.load(state.child("pose_cells"));
+    map.load(state.child("experience_map"));
+    if (pose_cells.cells().experiences() != map.map().graph().experiences().size()) {
+      throw std::runtime_error("pose cells and experience map do not know the same places: " +
+                               std::to_string(pose_cells.cells().experiences()) + " and " +
+                               std::to_string(map.map().graph().experiences().size()));
+    }
+  }
+
+  LocalViewStage local_view;
+  PoseCellStage pose_cells;
+  MapStage map;
+};
+
+/// Number of the component of each experience, the components numbered by their first experience.
+std::vector<std::uint32_t> componentsOf(const ExperienceGraph& graph) {
+  std::vector<std::uint32_t> parent(graph.experiences().size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&parent](std::uint32_t id) {
+    while (parent[id] != id) id = parent[id] = parent[parent[id]];
+    return id;
+  };
+  for (const Link& link : graph.links()) {
+    const std::uint32_t from = root(link.from);
+    const std::uint32_t to = root(link.to);
+    parent[std::max(from, to)] = std::min(from, to);
+  }
+  std::vector<std::uint32_t> component(parent.size());
+  for (std::uint32_t id = 0; id < parent.size(); ++id) component[id] = root(id);
+  return component;
+}
+
+/// The path of a map, and at which experience the robot was at each of its poses.
+class KeptDrive {
+ public:
+  KeptDrive(const ExperienceMap& map, const Trajectory& trajectory)
+      : path_(map.finalTrajectory()), component_(componentsOf(map.graph())) {
+    std::vector<std::uint32_t> experience_of;  // each frame
+    std::vector<std::optional<std::uint32_t>> own;
+    for (std::uint32_t id = 0; id < map.graph().experiences().size(); ++id) {
+      const std::uint32_t frame = map.frameOf(id);
+      if (frame >= own.size()) own.resize(frame + 1);
+      own[frame] = id;
+    }
+    std::optional<std::uint32_t> last_frame;
+    for (std::size_t k = 0; k < path_.size(); ++k) {
+      const std::uint32_t frame = trajectory.samples()[k].frame;
+      if (last_frame && *last_frame == frame) {
+        at_.push_back(at_.back());
+        continue;
+      }
+      last_frame = frame;
+      const bool created = frame < own.size() && own[frame];
+      at_.push_back(created ? *own[frame] : nearest(map.graph(), path_[k].pose));
+    }
+  }
+
+  const std::vector<StampedPose>& path() const { return path_; }
+  std::uint32_t at(std::size_t pose) const { return at_[pose]; }
+
+  /// Whether how the robot got from one pose to the next is known.
+  bool goesOn(std::size_t next) const {
+    return path_[next].stamp > path_[next - 1].stamp && component_[at_[next]] == component_[at_[next - 1]];
+  }
+
+ private:
+  /// Where a recall made a frame: the experience that was recalled is the one beside it, facing the same way.
+  static std::uint32_t nearest(const ExperienceGraph& graph, const MapPose& pose) {
+    std::uint32_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t id = 0; id < graph.experiences().size(); ++id) {
+      const MapPose& there = graph.pose(id);
+      const double turned = wrapAngle(pose.yaw - there.yaw);
+      if (std::abs(turned) > kPi / 4.0) continue;
+      const double off = std::hypot(pose.x - there.x, pose.y - there.y) + std::abs(turned);
+      if (off >= least) continue;
+      best = id;
+      least = off;
+    }
+    return best;
+  }
+
+  std::vector<StampedPose> path_;
+  std::vector<std::uint32_t> component_;  ///< of each experience
+  std::vector<std::uint32_t> at_;         ///< experience at each pose
+};
+
+/// Drives what one map has kept through another.
+class Replay {
+ public:
+  Replay(Stages& known, const Stages& other, const PipelineParams& params)
+      : known_(known), other_(other), panoramic_(params.local_view.panoramic) {}
+
+  void drive(const KeptDrive& drive) {
+    for (std::size_t k = 0; k < drive.path().size(); ++k) {
+      const StampedPose& here = drive.path()[k];
+      if (k == 0 || !drive.goesOn(k)) {
+        interrupt();
+      } else {
+        move(drive.path()[k - 1], here);
+      }
+      if (k == 0 || !drive.goesOn(k)) addOdometry(here, {});
+      const std::uint32_t experience = drive.at(k);
+      const bool other_place = !shown_ || *shown_ != experience;
+      if (!other_place && secondsBetween(shown_at_, here.stamp) < kViewPeriod) continue;
+      show(experience, here);
+    }
+  }
+
+ private:
+  void interrupt() {
+    known_.pose_cells.interrupt();
+    known_.map.interrupt();
+    known_.local_view.interrupt();
+    ++epoch_;
+    shown_.reset();
+    moved_ = {};
+    moved_.assumed = true;
+  }
+
+  void move(const StampedPose& from, const StampedPose& to) {
+    const RelativePose whole = between(MapPose{from.pose.x, from.pose.y, from.pose.z, from.pose.yaw, 0.0},
+                                       MapPose{to.pose.x, to.pose.y, to.pose.z, to.pose.yaw, 0.0});
+    const double seconds = secondsBetween(from.stamp, to.stamp);
+    const int steps =
+        static_cast<int>(std::clamp(std::ceil(seconds / kLongestStep), 1.0, double{kMostSteps}));
+    StampedPose last = from;
+    for (int step = 1; step <= steps; ++step) {
+      const double share = static_cast<double>(step) / steps;
+      StampedPose next = to;
+      if (step < steps) {
+        next.stamp = from.stamp + static_cast<Stamp>(share * static_cast<double>(to.stamp - from.stamp));
+        next.pose = compose(MapPose{from.pose.x, from.pose.y, from.pose.z, from.pose.yaw, 0.0},
+                            {share * whole.x, share * whole.y, share * whole.z, share * whole.yaw});
+        next.tilt = from.tilt.slerp(share, to.tilt);
+      }
+      addOdometry(next, last);
+      last = next;
+    }
+  }
+
+  void addOdometry(const StampedPose& here, const std::optional<StampedPose>& before) {
+    OdometrySample sample;
+    sample.stamp = here.stamp;
+    sample.epoch = epoch_;
+    sample.pose = Eigen::Isometry3d::Identity();
+    sample.pose->linear() = here.attitude().toRotationMatrix();
+    sample.pose->translation() = Eigen::Vector3d(here.pose.x, here.pose.y, here.pose.z);
+    if (before) {
+      const double seconds = secondsBetween(before->stamp, here.stamp);
+      const double turned = wrapAngle(here.pose.yaw - before->pose.yaw);
+      const double forward = (here.pose.x - before->pose.x) * std::cos(here.pose.yaw) +
+                             (here.pose.y - before->pose.y) * std::sin(here.pose.yaw);
+      sample.speed = forward / seconds;
+      sample.yaw_rate = turned / seconds;
+      moved_.forward += forward;
+      moved_.rotation += turned;
+    }
+    known_.pose_cells.addOdometry(sample);
+    known_.map.addOdometry(sample);
+  }
+
+  /// The view that was learned at an experience, as the camera sees it here.
+  void show(std::uint32_t experience, const StampedPose& here) {
+    const std::optional<PlaceView> there = other_.pose_cells.cells().viewOf(experience);
+    shown_ = experience;
+    shown_at_ = here.stamp;
+    if (!there) return;
+    moved_.epoch = epoch_;
+    LocalViewCells& cells = known_.local_view.cells();
+    ViewEvent event =
+        cells.observe(here.stamp, other_.local_view.cells().learned(there->view_id), cv::Mat(), moved_);
+    moved_ = {};
+    if (panoramic_) {
+      const double turned =
+          here.pose.yaw - other_.map.map().graph().pose(experience).yaw + there->relative_rad;
+      event.relative_rad = wrapAngle(event.relative_rad + turned);
+    }
+    known_.pose_cells.addView(event);
+    for (const PoseCellDecision& decision : known_.pose_cells.drain())
+      known_.map.addDecision(decision.action);
+    known_.map.drain();
+  }
+
+  Stages& known_;
+  const Stages& other_;
+  bool panoramic_;
+  std::uint32_t epoch_ = 0;
+  ViewMotion moved_;
+  std::optional<std::uint32_t> shown_;  ///< experience whose view was shown last
+  Stamp shown_at_ = 0;
+};
+
+/// Which of two maps began first; of maps that began at once, the one whose bytes come first.
+bool beganBefore(const MapCheckpoint& a, const MapCheckpoint& b) {
+  const auto begin = [](const MapCheckpoint& map) {
+    return map.sessions.empty() ? map.stamp : map.sessions.front().first_stamp;
+  };
+  if (begin(a) != begin(b)) return begin(a) < begin(b);
+  if (a.stamp != b.stamp) return a.stamp < b.stamp;
+  return a.state.toBytes() <= b.state.toBytes();
+}
+
+}  // namespace
+
+MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b) {
+  if (!beganBefore(a, b)) return mergeMaps(b, a);
+  const PipelineParams params = paramsOf(a.parameters);
+  if (params.recall_geometry.verifies()) {
+    throw std::runtime_error("maps made with vt_verify = " + params.recall_geometry.verify +
+                             " cannot be merged: recalls are verified by images, which a map does not keep");
+  }
+  for (const MapCheckpoint* map : {&a, &b}) {
+    for (const char* part : {"local_view", "pose_cells", "experience_map"}) {
+      if (!map->state.hasChild(part)) {
+        throw std::runtime_error(std::string("there is no ") + part +
+                                 " in it: a node's checkpoint is a part of a map");
+      }
+    }
+  }
+  Stages known(params, a.state);
+  Stages other(params, b.state);
+  MapMerge merge;
+  merge.first_experiences = known.map.map().graph().experiences().size();
+  merge.second_experiences = other.map.map().graph().experiences().size();
+  other.map.map().settle();
+  if (merge.second_experiences > 0) {
+    Trajectory trajectory;
+    b.state.child("experience_map").child("map").get("trajectory", trajectory);
+    Replay(known, other, params).drive(KeptDrive(other.map.map(), trajectory));
+  }
+  known.map.map().settle();
+  merge.experiences = known.map.map().graph().experiences().size();
+  const std::vector<std::uint32_t> components = componentsOf(known.map.map().graph());
+  for (std::uint32_t id = 0; id < components.size(); ++id) merge.components += components[id] == id ? 1 : 0;
+  merge.map.stamp = std::max(a.stamp, b.stamp);
+  merge.map.parameters = a.parameters;
+  merge.map.sessions = a.sessions;
+  merge.map.sessions.insert(merge.map.sessions.end(), b.sessions.begin(), b.sessions.end());
+  known.local_view.save(merge.map.state.child("local_view"));
+  known.pose_cells.save(merge.map.state.child("pose_cells"));
+  known.map.save(merge.map.state.child("experience_map"));
+  return merge;
+}
+
+}  // namespace ratslam
