@@ -98,8 +98,10 @@ void prune(const Options& options) {
   MapCheckpoint map = loadMapFile(options.file);
   MapCheckpoint pruned = map;
   pruned.state = State();
+  // Without its log a run does not go on, and its odometry (ORB's holds images) begins anew.
+  const bool of_run = map.state.hasChild("run");
   for (const auto& [name, part] : map.state.children()) {
-    if (name != "run") pruned.state.child(name) = part;
+    if (name != "run" && !(of_run && name == "odometry")) pruned.state.child(name) = part;
   }
   const MapLock lock(options.out);
   MapWriter(options.out).save(pruned);

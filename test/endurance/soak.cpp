@@ -1,6 +1,7 @@
 // Drives the pose cells and the map for very long, with odometry that drifts and views that are recalled. Prints memory
-// and processor time over the frames.
-// Usage: soak [FRAMES [streets|patrol|network [EXP_DENSITY]]] > soak.csv
+// and processor time over the frames. The path as the map has it in the end goes to FOLDER/final.tum, the true one to
+// FOLDER/truth.tum.
+// Usage: soak [FRAMES [streets|patrol|network [EXP_DENSITY [FOLDER]]]] > soak.csv
 //   streets  (1,000,000 frames) one loop of 2 km for eight tenths of them, then new streets, then the loop again
 //   patrol   (500,000 frames) one loop of 500 m, a row a lap
 //   network  (10,000,000 frames: a month at four a second) a grid of 24 streets, turned into at random at each crossing
@@ -16,7 +17,9 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <vector>
 
+#include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/system/map_stage.h"
 #include "ratslam/system/pose_cell_stage.h"
 
@@ -136,6 +139,14 @@ class Network : public Road {
   int at_ = 0;
 };
 
+std::vector<StampedPose3> inSpace(const std::vector<StampedPose>& path) {
+  std::vector<StampedPose3> poses;
+  for (const StampedPose& at : path) {
+    poses.push_back({at.stamp, Eigen::Translation3d(at.pose.x, at.pose.y, at.pose.z) * at.attitude()});
+  }
+  return poses;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -148,11 +159,12 @@ int main(int argc, char** argv) {
   if (kind == "network") road = std::make_unique<Network>();
   if (kind == "patrol") road = std::make_unique<Loop>(window = 500);
   if (!road || frames == 0) {
-    std::cerr << "Usage: soak [FRAMES [streets|patrol|network [EXP_DENSITY]]]\n";
+    std::cerr << "Usage: soak [FRAMES [streets|patrol|network [EXP_DENSITY [FOLDER]]]]\n";
     return 2;
   }
   PoseCellParams cells;
   cells.cell_size = 10.0;
+  const std::string folder = argc > 4 ? argv[4] : "";
   if (argc > 3) cells.experience_density = std::strtod(argv[3], nullptr);
   ExperienceMapParams map_params;
   PoseCellStage pose_cells(cells);
@@ -160,6 +172,8 @@ int main(int argc, char** argv) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 1.0);
   std::map<std::uint64_t, std::uint32_t> view_of_place;
+  std::vector<StampedPose> truth;
+  Motion driven;
   double worst_ms = 0.0;
   double sum_ms = 0.0;
   std::cout << "frames,experiences,links,graph_nodes,memory_mb,mean_ms,worst_ms\n";
@@ -169,6 +183,11 @@ int main(int argc, char** argv) {
     sample.stamp = static_cast<Stamp>(frame + 1) * 100'000'000;
     sample.speed = kSpeed * (1.0 + 0.02 * noise(random));
     sample.yaw_rate = step.yaw_rate + 0.002 * noise(random);
+    OdometryStep exact;
+    exact.rotation = frame == 0 ? 0.0 : 0.1 * step.yaw_rate;
+    exact.forward = frame == 0 ? 0.0 : 0.1 * kSpeed;
+    driven.add(exact);
+    if (!folder.empty()) truth.push_back({sample.stamp, compose(MapPose{}, driven.pose)});
     const auto [seen, learned] =
         view_of_place.emplace(step.place, static_cast<std::uint32_t>(view_of_place.size()));
     ViewEvent view;
@@ -193,5 +212,9 @@ int main(int argc, char** argv) {
       worst_ms = sum_ms = 0.0;
     }
   }
+  if (folder.empty()) return 0;
+  writeTum(folder + "/truth.tum", inSpace(truth));
+  map.map().settle();
+  writeTum(folder + "/final.tum", inSpace(map.map().finalTrajectory()));
   return 0;
 }

@@ -175,10 +175,15 @@ def test_geojson_lies_about_its_anchor(programs, whole, tmp_path):
         assert abs(longitude - 8.4) < 0.02 and abs(latitude - 49.0) < 0.02
 
 
-def test_a_pruned_map_is_smaller_and_sound(programs, whole, tmp_path):
+def test_a_pruned_map_is_smaller_and_sound(programs, drive, whole, tmp_path):
     succeed(programs[2], "prune", whole / "map.db", "-o", tmp_path / "small.db")
     assert (tmp_path / "small.db").stat().st_size < (whole / "map.db").stat().st_size
     succeed(programs[2], "check", tmp_path / "small.db")
+    rows = sqlite3.connect(str(tmp_path / "small.db"))
+    parts = {path.split("|")[0].split("/")[0] for (path,) in rows.execute("SELECT path FROM state")}
+    assert parts.isdisjoint({"run", "odometry"}), parts
+    done = succeed(programs[0], *drive, "--load-map", tmp_path / "small.db", "--out", tmp_path / "run")
+    assert "a new stretch begins" in done.stderr
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/experience_map/solver/pose_graph.h"
+#include "ratslam/experience_map/solver/standing.h"
 #include "ratslam/system/pipeline.h"
 
 namespace ratslam {
@@ -90,11 +92,19 @@ std::vector<std::uint32_t> componentsOf(const ExperienceGraph& graph) {
   return component;
 }
 
-/// The path of a map, and at which experience the robot was at each of its poses.
+/// What a map knows of the errors of a stretch of its path.
+struct KnownErrors {
+  Eigen::Matrix4d variance_per_metre = Eigen::Matrix4d::Zero();  ///< of x, y, z, yaw
+  UnitOfLength unit;
+};
+
+/// The path of a map, at which experience the robot was at each of its poses, and how well the way is known.
 class KeptDrive {
  public:
-  KeptDrive(const ExperienceMap& map, const Trajectory& trajectory)
-      : path_(map.finalTrajectory()), component_(componentsOf(map.graph())) {
+  KeptDrive(const ExperienceMap& map, const State& saved)
+      : path_(map.finalTrajectory()), component_(componentsOf(map.graph())), errors_(path_.size()) {
+    Trajectory trajectory;
+    saved.get("trajectory", trajectory);
     std::vector<std::uint32_t> experience_of;  // each frame
     std::vector<std::optional<std::uint32_t>> own;
     for (std::uint32_t id = 0; id < map.graph().experiences().size(); ++id) {
@@ -113,10 +123,13 @@ class KeptDrive {
       const bool created = frame < own.size() && own[frame];
       at_.push_back(created ? *own[frame] : nearest(map.graph(), path_[k].pose));
     }
+    if (saved.child("solver").hasChild("graph")) readErrors(saved.child("solver").child("graph"), trajectory);
   }
 
   const std::vector<StampedPose>& path() const { return path_; }
   std::uint32_t at(std::size_t pose) const { return at_[pose]; }
+  /// Of the way from the pose before; none where the map does not say.
+  const std::optional<KnownErrors>& errors(std::size_t pose) const { return errors_[pose]; }
 
   /// Whether how the robot got from one pose to the next is known.
   bool goesOn(std::size_t next) const {
@@ -124,6 +137,39 @@ class KeptDrive {
   }
 
  private:
+  /// The graph has a constraint for the way from each frame to the next.
+  void readErrors(const State& graph, const Trajectory& trajectory) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Constraint> ways;
+    for (const Constraint& way : graph.get<std::vector<Constraint>>("constraints")) {
+      if (!way.closes()) ways[{way.from, way.to}] = way;
+    }
+    const auto& samples = trajectory.samples();
+    double length = 0.0;
+    for (std::size_t k = 1, first = 1; k < samples.size(); ++k) {
+      length += std::hypot(path_[k].pose.x - path_[k - 1].pose.x, path_[k].pose.y - path_[k - 1].pose.y);
+      if (samples[k].frame == samples[k - 1].frame) continue;
+      const auto way = ways.find({samples[k - 1].frame, samples[k].frame});
+      for (; first <= k; ++first) {
+        if (way != ways.end() && length > 0.0) errors_[first] = errorsOf(way->second, length);
+      }
+      length = 0.0;
+    }
+  }
+
+  static KnownErrors errorsOf(const Constraint& way, double length) {
+    KnownErrors errors;
+    errors.variance_per_metre = covarianceOf(way) / length;
+    const double scale_variance = 1.0 / (way.scale_weight * way.scale_weight);
+    const double lost = 1.0 - way.scale_kept * way.scale_kept;
+    double walk = scale_variance;
+    if (way.scale_kept > 0.0 && lost > 0.0) {  // as MotionError adds up an anchored unit
+      errors.unit.anchor_sigma = std::sqrt(scale_variance / lost);
+      walk = -2.0 * std::log(way.scale_kept) * scale_variance / lost;
+    }
+    errors.unit.walk_sigma = std::sqrt(walk / length);
+    return errors;
+  }
+
   /// Where a recall made a frame: the experience that was recalled is the one beside it, facing the same way.
   static std::uint32_t nearest(const ExperienceGraph& graph, const MapPose& pose) {
     std::uint32_t best = 0;
@@ -143,6 +189,7 @@ class KeptDrive {
   std::vector<StampedPose> path_;
   std::vector<std::uint32_t> component_;  ///< of each experience
   std::vector<std::uint32_t> at_;         ///< experience at each pose
+  std::vector<std::optional<KnownErrors>> errors_;
 };
 
 /// Drives what one map has kept through another.
@@ -157,9 +204,9 @@ class Replay {
       if (k == 0 || !drive.goesOn(k)) {
         interrupt();
       } else {
-        move(drive.path()[k - 1], here);
+        move(drive.path()[k - 1], here, drive.errors(k));
       }
-      if (k == 0 || !drive.goesOn(k)) addOdometry(here, {});
+      if (k == 0 || !drive.goesOn(k)) addOdometry(here, {}, {});
       const std::uint32_t experience = drive.at(k);
       const bool other_place = !shown_ || *shown_ != experience;
       if (!other_place && secondsBetween(shown_at_, here.stamp) < kViewPeriod) continue;
@@ -178,7 +225,7 @@ class Replay {
     moved_.assumed = true;
   }
 
-  void move(const StampedPose& from, const StampedPose& to) {
+  void move(const StampedPose& from, const StampedPose& to, const std::optional<KnownErrors>& errors) {
     const RelativePose whole = between(MapPose{from.pose.x, from.pose.y, from.pose.z, from.pose.yaw, 0.0},
                                        MapPose{to.pose.x, to.pose.y, to.pose.z, to.pose.yaw, 0.0});
     const double seconds = secondsBetween(from.stamp, to.stamp);
@@ -194,12 +241,13 @@ class Replay {
                             {share * whole.x, share * whole.y, share * whole.z, share * whole.yaw});
         next.tilt = from.tilt.slerp(share, to.tilt);
       }
-      addOdometry(next, last);
+      addOdometry(next, last, errors);
       last = next;
     }
   }
 
-  void addOdometry(const StampedPose& here, const std::optional<StampedPose>& before) {
+  void addOdometry(const StampedPose& here, const std::optional<StampedPose>& before,
+                   const std::optional<KnownErrors>& errors) {
     OdometrySample sample;
     sample.stamp = here.stamp;
     sample.epoch = epoch_;
@@ -213,6 +261,12 @@ class Replay {
                              (here.pose.y - before->pose.y) * std::sin(here.pose.yaw);
       sample.speed = forward / seconds;
       sample.yaw_rate = turned / seconds;
+      if (errors) {
+        const Eigen::Matrix4d spread = errors->variance_per_metre * (std::abs(forward) / (seconds * seconds));
+        sample.covariance = TwistCovariance::Zero();
+        sample.covariance->diagonal() << spread(0, 0), spread(1, 1), spread(2, 2), 0.0, 0.0, spread(3, 3);
+        sample.unit = errors->unit;
+      }
       moved_.forward += forward;
       moved_.rotation += turned;
     }
@@ -285,9 +339,8 @@ MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b) {
   merge.second_experiences = other.map.map().graph().experiences().size();
   other.map.map().settle();
   if (merge.second_experiences > 0) {
-    Trajectory trajectory;
-    b.state.child("experience_map").child("map").get("trajectory", trajectory);
-    Replay(known, other, params).drive(KeptDrive(other.map.map(), trajectory));
+    const State& saved = b.state.child("experience_map").child("map");
+    Replay(known, other, params).drive(KeptDrive(other.map.map(), saved));
   }
   known.map.map().settle();
   merge.experiences = known.map.map().graph().experiences().size();
