@@ -46,7 +46,7 @@ struct ViewMotion {
 /// The place most believed in.
 struct PlaceClaim {
   std::uint32_t place = 0;
-  double confidence = 0.0;  ///< belief at it and within 2 links of it
+  double confidence = 0.0;  ///< belief at it, within 2 links of it, and at what is hardly told apart from it
   /// Of each variant of the view, how like the place it looks against the others; they sum to 1.
   std::vector<double> variant_weights;
 };
@@ -100,6 +100,7 @@ class PlaceBelief {
     fields("at", at_);
     fields("at_new", at_new_);
     fields("since_arrival", since_arrival_);
+    fields("novelty_since_arrival", novelty_since_arrival_);
     fields("waking", waking_);
     fields("candidates", candidates_);
     fields("novelty", novelty_);
@@ -128,10 +129,11 @@ class PlaceBelief {
   std::optional<std::uint32_t> at_;  // place of the last view
   bool at_new_ = false;              // which that view was the first of
   double since_arrival_ = 0.0;       // way driven since [m]
-  bool waking_ = false;              // no view since wakeUp()
-  std::size_t candidates_ = 0;       // of the last view
-  double novelty_ = 1.0;             // of the view since the last move
-  bool measured_ = false;            // the motion, by odometry
+  double novelty_since_arrival_ = 0.0;
+  bool waking_ = false;         // no view since wakeUp()
+  std::size_t candidates_ = 0;  // of the last view
+  double novelty_ = 1.0;        // of the view since the last move
+  bool measured_ = false;       // the motion, by odometry
   // Buffers.
   std::vector<PlaceMass> added_;
   std::vector<PlaceAhead> around_;

@@ -41,6 +41,7 @@ struct PlaceVisit {
   double way = 0.0;  ///< [m]
   std::uint32_t epoch = 0;
   float to_next = -1.0F;  ///< way to the place learned next [m]; negative: it was not driven
+  float novelty = 1.0F;   ///< of the views from this place to the place learned next, added up
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -51,6 +52,7 @@ struct PlaceVisit {
     fields("way", way);
     fields("epoch", epoch);
     fields("to_next", to_next);
+    fields("novelty", novelty);
   }
 };
 
@@ -69,14 +71,16 @@ class PlaceGraph {
   const PlaceVisit& lastVisit(std::uint32_t place) const { return visits_[place]; }
 
   /// The way from one place to another was driven. A second time changes nothing.
-  void link(std::uint32_t from, std::uint32_t to, double distance);
+  /// @param novelty  of the views on the way, added up (ViewMatcher::novelty)
+  void link(std::uint32_t from, std::uint32_t to, double distance, double novelty);
 
   /// Places within `ahead` and `behind` metres along the links, this one included, each once, at its shortest
   /// distance on either side; at least the next link's either way, at most a few dozen.
   void around(std::uint32_t place, double behind, double ahead, std::vector<PlaceAhead>& found) const;
 
-  /// Places at most `links` links away, this one included.
-  void within(std::uint32_t place, int links, std::vector<std::uint32_t>& found) const;
+  /// Places at most `links` links away, and those so near that the views between add up to less than `novelty`;
+  /// this one included, at most a few dozen.
+  void within(std::uint32_t place, int links, double novelty, std::vector<std::uint32_t>& found) const;
 
   /// Mean length of the links at this place [m]; 0 where it has none.
   double spacing(std::uint32_t place) const;

@@ -23,6 +23,7 @@ constexpr std::size_t kJustLearned = 10;  // places
 constexpr double kStillLikeness = 2.0;    // z of places that the robot has just left
 constexpr double kPruned = 1e-3;          // of what one place gets of "anywhere": less is given up
 constexpr int kClaimLinks = 2;
+constexpr double kClaimNovelty = 1.0;  // views that add up to less tell their places hardly apart
 
 bool byPlace(const PlaceMass& a, const PlaceMass& b) { return a.place < b.place; }
 
@@ -77,6 +78,7 @@ void PlaceBelief::move(const ViewMotion& motion, double novelty) {
   if (motion.yaw_variance) here_.yaw_variance += *motion.yaw_variance;
   here_.epoch = motion.epoch;
   since_arrival_ += motion.forward;
+  novelty_since_arrival_ += novelty;
   const double sigma = motion.forward_variance ? std::sqrt(*motion.forward_variance) : by_default;
   added_.clear();
   for (const PlaceMass& from : active_) handOn(from, motion.forward, sigma);
@@ -232,7 +234,7 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
   PlaceClaim claim;
   claim.place = std::max_element(active_.begin(), active_.end(), less)->place;
   std::vector<std::uint32_t> near;
-  graph_.within(claim.place, kClaimLinks, near);
+  graph_.within(claim.place, kClaimLinks, kClaimNovelty, near);
   for (const std::uint32_t place : near) {
     const auto found = std::lower_bound(active_.begin(), active_.end(), PlaceMass{place, 0.0}, byPlace);
     if (found != active_.end() && found->place == place) claim.confidence += found->mass;
@@ -253,10 +255,10 @@ void PlaceBelief::arrive(std::uint32_t place) {
   graph_.visit(place, here_);
   if (at_ == place) return;
   // Between known places the links are there: what belief does not follow would only blur them.
-  if (at_ && (is_new || at_new_)) graph_.link(*at_, place, since_arrival_);
+  if (at_ && (is_new || at_new_)) graph_.link(*at_, place, since_arrival_, novelty_since_arrival_);
   at_ = place;
   at_new_ = is_new;
-  since_arrival_ = 0.0;
+  since_arrival_ = novelty_since_arrival_ = 0.0;
 }
 
 void PlaceBelief::wakeUp() {
@@ -265,7 +267,7 @@ void PlaceBelief::wakeUp() {
   unknown_ = 1.0;
   variants_.clear();
   at_.reset();
-  since_arrival_ = 0.0;
+  since_arrival_ = novelty_since_arrival_ = 0.0;
   ++here_.epoch;
 }
 

@@ -36,12 +36,13 @@ void PlaceGraph::eachNeighbour(std::uint32_t place, Visit&& visit) const {
   for (const PlaceAhead& other : sorted) visit(other.place, other.distance);
 }
 
-void PlaceGraph::link(std::uint32_t from, std::uint32_t to, double distance) {
+void PlaceGraph::link(std::uint32_t from, std::uint32_t to, double distance, double novelty) {
   bool known = from == to;
   eachNeighbour(from, [&](std::uint32_t place, double) { known = known || place == to; });
   if (known) return;
   if (to == from + 1 && distance >= 0.0) {
     visits_[from].to_next = static_cast<float>(distance);
+    visits_[from].novelty = static_cast<float>(novelty);
     return;
   }
   links_.push_back({from, to, distance});
@@ -75,18 +76,28 @@ void PlaceGraph::around(std::uint32_t place, double behind, double ahead,
   }
 }
 
-void PlaceGraph::within(std::uint32_t place, int links, std::vector<std::uint32_t>& found) const {
-  found.assign(1, place);
-  std::size_t begin = 0;
-  for (int step = 0; step < links; ++step) {
-    const std::size_t end = found.size();
-    for (std::size_t i = begin; i < end; ++i) {
-      eachNeighbour(found[i], [&](std::uint32_t other, double) {
-        if (std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
-      });
-    }
-    begin = end;
+void PlaceGraph::within(std::uint32_t place, int links, double novelty,
+                        std::vector<std::uint32_t>& found) const {
+  struct Reached {
+    std::uint32_t place = 0;
+    int links = 0;
+    double novelty = 0.0;
+  };
+  std::vector<Reached> reached{{place, 0, 0.0}};
+  for (std::size_t next = 0; next < reached.size() && reached.size() < kMostAround; ++next) {
+    const Reached from = reached[next];
+    eachNeighbour(from.place, [&](std::uint32_t other, double) {
+      const bool in_chain = other + 1 == from.place || from.place + 1 == other;
+      const double between =
+          in_chain ? static_cast<double>(visits_[std::min(other, from.place)].novelty) : 1.0;
+      const Reached to{other, from.links + 1, from.novelty + between};
+      const auto same = [other](const Reached& seen) { return seen.place == other; };
+      if (to.links > links && !(to.novelty < novelty)) return;
+      if (std::none_of(reached.begin(), reached.end(), same)) reached.push_back(to);
+    });
   }
+  found.clear();
+  for (const Reached& seen : reached) found.push_back(seen.place);
 }
 
 double PlaceGraph::spacing(std::uint32_t place) const {

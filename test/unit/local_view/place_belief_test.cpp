@@ -1,0 +1,70 @@
+/// The belief over places, fed with likenesses made by hand.
+#include "ratslam/local_view/recall/place_belief.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace ratslam {
+namespace {
+
+constexpr std::size_t kPlaces = 300;
+constexpr double kStep = 0.1;  // [m]
+
+/// Places learned along a street, one a step.
+PlaceBelief streetOf(double novelty) {
+  PlaceBelief belief;
+  ViewMotion step;
+  step.forward = kStep;
+  for (std::uint32_t place = 0; place < kPlaces; ++place) {
+    belief.move(step, novelty);
+    belief.arrive(place);
+  }
+  belief.wakeUp();
+  return belief;
+}
+
+/// Of a view that looks like all places within `width` steps of one, and like no other.
+ViewLikeness alikeAround(std::size_t place, int width) {
+  ViewLikeness likeness;
+  likeness.variants = 1;
+  likeness.places = kPlaces;
+  likeness.priors = {1.0};
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const int apart = std::abs(static_cast<int>(i) - static_cast<int>(place));
+    likeness.values.push_back(apart <= width ? 1.0F : 0.01F * static_cast<float>(i % 7));
+  }
+  return likeness;
+}
+
+/// Confidence in the claim after a drive of `views` views along places that look alike within `width`.
+double confidenceAfter(int views, int width, double novelty) {
+  PlaceBelief belief = streetOf(novelty);
+  ViewMotion step;
+  step.forward = kStep;
+  step.epoch = 1;  // woken up: dead reckoning knows nothing of the places
+  std::optional<PlaceClaim> claim;
+  for (int k = 0; k < views; ++k) {
+    belief.move(step, novelty);
+    claim = belief.weigh(alikeAround(100 + static_cast<std::size_t>(k), width), kPlaces);
+  }
+  return claim ? claim->confidence : 0.0;
+}
+
+TEST(PlaceBelief, IsSureOfAPlaceThatStandsOut) {
+  EXPECT_GT(confidenceAfter(20, 0, 0.5), PlaceBelief::kClaim);
+}
+
+/// Many views a metre: neighbours share the belief, and yet it is clear where the robot is.
+TEST(PlaceBelief, IsSureAmongNeighboursThatItsViewsHardlyTellApart) {
+  EXPECT_GT(confidenceAfter(60, 4, 0.15), PlaceBelief::kClaim);
+}
+
+/// The same spread over places whose views had little in common when they were learned says that it is not known
+/// where the robot is.
+TEST(PlaceBelief, IsNotSureAmongPlacesWhoseViewsDiffered) {
+  EXPECT_LT(confidenceAfter(60, 8, 0.7), PlaceBelief::kClaim);
+}
+
+}  // namespace
+}  // namespace ratslam
