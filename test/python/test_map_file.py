@@ -160,6 +160,7 @@ def test_tools_read_what_is_in_a_map(programs, whole, tmp_path):
     graph = networkx.read_graphml(str(tmp_path / "map.graphml"))
     rows = sqlite3.connect(str(whole / "map.db"))
     assert len(graph.nodes) == rows.execute("SELECT count(*) FROM experience").fetchone()[0]
+    assert len(graph.edges) == rows.execute("SELECT count(*) FROM link").fetchone()[0]
 
 
 def test_geojson_lies_about_its_anchor(programs, whole, tmp_path):
