@@ -12,34 +12,48 @@ from typing import Iterator, Tuple
 
 from ratslam_tools.errors import InputError
 
+PIECE = 1 << 20  # bytes
+LARGEST = 1 << 30  # bytes: a day of odometry at 200 Hz
 UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
-def read_bytes(path: str) -> bytes:
-    """Content of a regular file. @throws InputError for what is none (a pipe would never end) or unreadable."""
+def _pieces(path: str) -> Iterator[bytes]:
+    """Content of a regular file, piece by piece. @throws InputError for what is none (a pipe would never end), is
+    unreadable, or too large for any file that is read whole.
+    """
     try:
         mode = os.stat(path).st_mode
         if not stat.S_ISREG(mode):
             what = "a folder" if stat.S_ISDIR(mode) else "no regular file (a pipe or a device)"
             raise InputError(f"{path}: cannot be read: it is {what}")
         with open(path, "rb") as file:
-            return file.read()
+            for index, piece in enumerate(iter(lambda: file.read(PIECE), b"")):
+                if index * PIECE >= LARGEST:
+                    raise InputError(f"{path}: cannot be read: it has more than {LARGEST} bytes")
+                yield piece
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError as error:  # a NUL in the name
         raise InputError(f"{path!r}: cannot be read: {error}") from None
 
 
+def read_bytes(path: str) -> bytes:
+    """Content of a regular file. @throws InputError as _pieces."""
+    return b"".join(_pieces(path))
+
+
 def read_text(path: str) -> str:
     """The text of a file without its byte order mark, lines parted by `\\n`; bytes that are no UTF-8 become
     U+FFFD. @throws InputError for an unreadable or binary file.
     """
-    data = read_bytes(path)
-    if data.startswith(UTF16_MARKS):
-        raise InputError(f"{path}: cannot be read: it is UTF-16 text; save it as UTF-8")
-    if b"\0" in data:
-        raise InputError(f"{path}: cannot be read: not a text file")
-    text = data.decode("utf-8-sig", "replace")
+    pieces = []
+    for piece in _pieces(path):  # what is no text may have no end
+        pieces.append(piece)
+        if pieces[0].startswith(UTF16_MARKS):
+            raise InputError(f"{path}: cannot be read: it is UTF-16 text; save it as UTF-8")
+        if b"\0" in piece:
+            raise InputError(f"{path}: cannot be read: not a text file")
+    text = b"".join(pieces).decode("utf-8-sig", "replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

@@ -331,6 +331,14 @@ def test_files_are_written_whole_or_not_at_all(tmp_path, drive):
         write_tum("/dev/full", drive(3))
 
 
+def test_files_of_gigabytes_are_not_read_whole(tmp_path):
+    path = tmp_path / "hole.txt"
+    path.write_text("1 2 3\n")
+    os.truncate(str(path), 1 << 36)
+    with pytest.raises(InputError, match="not a text file"):
+        text_file.read_text(str(path))
+
+
 def test_names_in_figures_are_no_formulas(drive, tmp_path):
     pyplot = plotting.load()
     figure, axes = pyplot.subplots()

@@ -33,6 +33,7 @@ def test_map_is_read_whole(folder):
         ("- {id: 1,", "- {id: 0,", "twice"),
         ("yaw: 0.5", "jaw: 0.5", "has no yaw"),
         ("experiences:\n", "", "outside"),
+        ("- {id: 1, x", "- {id: 1\n- {id: 1, x", "cut off"),
     ],
 )
 def test_broken_maps_are_named(folder, find, put, words):
@@ -41,6 +42,28 @@ def test_broken_maps_are_named(folder, find, put, words):
     (folder / "map.yaml").write_text(text.replace(find, put))
     with pytest.raises(InputError, match=words):
         run_folder.read_map(str(folder / "map.yaml"))
+
+
+@pytest.mark.parametrize(
+    "name, content",
+    [
+        ("summary.json", '{"parameters": {"pc_dim_xy": NaN, "pc_dim_th": 36}}'),
+        ("summary.json", '{"parameters": {"pc_dim_xy": "many", "pc_dim_th": 36}}'),
+        ("summary.json", '{"parameters": {"pc_dim_xy": 1e12, "pc_dim_th": 1000000000}}'),
+        ("summary.json", '{"parameters": [], "timing": 5, "counts": "x", "version": {}}'),
+        ("map.yaml", None),
+    ],
+)
+def test_a_run_that_is_none_is_drawn_or_refused_in_one_line(folder, name, content):
+    (folder / name).unlink()
+    if content is None:
+        os.mkfifo(str(folder / name))  # a pipe would be waited for
+    else:
+        (folder / name).write_text(content)
+    try:
+        report.main([str(folder)])
+    except InputError as error:
+        assert name in str(error) and len(str(error)) < 300
 
 
 def test_picture_is_aligned_to_the_truth(folder, tmp_path):

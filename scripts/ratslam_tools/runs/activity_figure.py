@@ -10,13 +10,23 @@ from ratslam_tools import plotting
 from ratslam_tools.errors import InputError
 
 GAP = 2  # cells between projections
+MOST_ALONG_AXIS = 4096  # of cells, the parameters' bound
+MOST_CELLS = 10**8
 TRAIL = 200  # decisions whose estimates are drawn behind the packet
 
 
 def network_size(run) -> Tuple[int, int]:
     """Cells along x and y, and heading layers, as the run's summary has them; 0 where it does not say."""
     parameters = run.summary.get("parameters", {})
-    return int(parameters.get("pc_dim_xy", 0)), int(parameters.get("pc_dim_th", 0))
+    sizes = []
+    for key in ("pc_dim_xy", "pc_dim_th"):
+        size = parameters.get(key, 0) if isinstance(parameters, dict) else 0
+        if not isinstance(size, (int, float)) or not 0 <= size <= MOST_ALONG_AXIS:
+            raise InputError(f"{run.folder}/summary.json: {key}: {str(size)[:60]} is no number of pose cells")
+        sizes.append(int(size))
+    if sizes[0] ** 2 * sizes[1] > MOST_CELLS:
+        raise InputError(f"{run.folder}/summary.json: {sizes[0]}x{sizes[0]}x{sizes[1]} pose cells are too many to draw")
+    return sizes[0], sizes[1]
 
 
 def has_activity(run) -> bool:

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import zipfile
+import zlib
 from typing import Dict, Optional
 
 import numpy as np
@@ -55,6 +56,8 @@ def read_map(path: str) -> Map:
             name = line.split(":", 1)[0].strip()
             if name in entries:
                 section = name
+            elif line.startswith("-"):
+                raise InputError(f"{path}:{number}: an entry that is cut off: {text_file.shown(line)}")
             continue
         if section is None:
             raise InputError(f"{path}:{number}: an entry outside experiences and links")
@@ -138,7 +141,7 @@ class Run:
         if self._of_nodes and name not in NODE_FILES:
             return None
         path = self.folder + NODE_FILES[name] if self._of_nodes else os.path.join(self.folder, name)
-        return reader(path) if os.path.isfile(path) else None
+        return reader(path) if os.path.exists(path) else None
 
     @property
     def trajectories(self) -> list:
@@ -160,10 +163,12 @@ class Run:
 
 def read_arrays(path: str) -> Dict[str, np.ndarray]:
     """Arrays of an .npz file: of the pose cells `stamps` [ns] and `activity` (snapshots, headings, rows, columns)."""
+    if not os.path.isfile(path):  # a pipe would be waited for
+        raise InputError(f"{path}: not arrays of numpy: it is no regular file")
     try:
         with np.load(path, allow_pickle=False) as arrays:
             return dict(arrays)
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, EOFError, RuntimeError, TypeError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(f"{path}: not arrays of numpy: {one_line(error)}") from None
 
 

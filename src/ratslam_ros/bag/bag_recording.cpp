@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "ratslam/common/text_file.h"
 #include "ratslam_ros/bag/bag_check.h"
 #include "ratslam_ros/support/camera_info.h"
 #include "ratslam_ros/support/conversions.h"
@@ -69,8 +70,13 @@ TopicTypes typesOf(const rosbag::Bag& bag) {
 }
 
 std::string listing(const TopicTypes& types) {
+  constexpr std::size_t kMost = 40;
   std::string list;
-  for (const auto& [topic, type] : types) list += (list.empty() ? "" : ", ") + topic + " [" + type + "]";
+  std::size_t count = 0;
+  for (const auto& [topic, type] : types) {
+    if (++count > kMost) return list + " and " + std::to_string(types.size() - kMost) + " more";
+    list += (list.empty() ? "" : ", ") + shown(topic) + " [" + shown(type) + "]";
+  }
   return list.empty() ? "no messages at all" : list;
 }
 
@@ -87,7 +93,7 @@ std::string choose(const std::string& path, const TopicTypes& types, const std::
     std::string name = wanted.front() == '/' ? wanted : "/" + wanted;
     const auto found = types.find(name);
     if (found == types.end())
-      throw std::runtime_error(path + ": no topic " + name + "; the bag has " + listing(types));
+      throw std::runtime_error(path + ": no topic " + shown(name) + "; the bag has " + listing(types));
     if (!suits(found->first + ending, found->second)) {
       throw std::runtime_error(path + ": " + name + " is " + found->second + ", not " + what);
     }

@@ -176,6 +176,23 @@ TEST_F(BagRecordingTest, AmbiguousTopicsMustBeNamed) {
   EXPECT_NO_THROW(BagRecording(name, BagTopics{"/right/image", "", false}));
 }
 
+TEST_F(BagRecordingTest, NamesAndNumbersOfTopicsLeaveTheMessageOneShortLine) {
+  const std::string name = path("many.bag");
+  {
+    rosbag::Bag bag(name, rosbag::bagmode::Write);
+    for (int i = 0; i < 300; ++i) writeImage(bag, "/a\n\x1b[31m" + std::to_string(i), 10.0);
+  }
+  for (const std::string& wanted : {std::string(), std::string("/not\nthere")}) {
+    BagTopics topics;
+    topics.images = wanted;
+    const std::string message = messageOf([&] { BagRecording recording(name, topics); });
+    EXPECT_LT(message.size(), 4000U);
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+    EXPECT_EQ(message.find('\x1b'), std::string::npos);
+    expectParts(message, {" and 260 more"});
+  }
+}
+
 TEST_F(BagRecordingTest, UnusableFilesAreRefusedWithAReason) {
   const auto open = [](const std::string& name) {
     return messageOf([&] { BagRecording(name, BagTopics()); });
