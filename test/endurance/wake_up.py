@@ -17,6 +17,7 @@ from ratslam_tools.errors import InputError  # noqa: E402
 from ratslam_tools.runs import runner  # noqa: E402
 
 CREATED, RECALLED = "1", ("2", "3")
+CLOSE = 50  # frames
 
 
 def truth(path):
@@ -31,10 +32,11 @@ def actions(folder):
 
 
 def revisits(options, positions, headings):
-    """Later frames that lie within half the radius of a mapped one, and face as it does: evenly spaced ones."""
-    mapped = slice(0, options.map_frames)
+    """Later frames that lie within half the radius of a mapped one, and face as it does: evenly spaced ones. What follows the end
+    of the map at once goes on in it, knowing where it is, and what is near its end alone does not come back."""
+    mapped = slice(0, max(options.map_frames - CLOSE, 0))
     found = []
-    for frame in range(options.map_frames, len(positions) - options.frames):
+    for frame in range(options.map_frames + CLOSE, len(positions) - options.frames):
         near = np.linalg.norm(positions[mapped] - positions[frame], axis=1) < options.radius / 2.0
         if np.any(near & (np.cos(headings[mapped] - headings[frame]) > 0.7)):
             found.append(frame)
