@@ -17,7 +17,8 @@ from ratslam_ros.msg import PoseCellState, RecallGeometry, ViewTemplate
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
 
-MESSAGES = 30000  # more than a publisher keeps and sockets hold
+MESSAGES = 30000  # more than a publisher keeps
+PARTS = 5  # the sockets of both sides hold some more
 
 
 def resident_mb(node):
@@ -82,19 +83,19 @@ class Bounds(unittest.TestCase):
         poses = []
         rospy.Subscriber(self.root + "/ExperienceMap/RobotPose", PoseStamped, poses.append, queue_size=None)
         self.feed(0, 1000, (odometry, for_sleeper), views)
-        self.assertTrue(harness.wait_until(lambda: len(poses) > 10), sleeper.output())
+        self.assertTrue(harness.wait_until(lambda: len(poses) > 10, 60.0), sleeper.output())
         sleeper.process.send_signal(signal.SIGSTOP)
         sizes = []
-        for part in range(3):
+        for part in range(PARTS):
             self.feed(1000 + part * MESSAGES, 1000 + (part + 1) * MESSAGES, (odometry,), views)
             sizes.append(resident_mb(pose_cells))
-        self.assertLess(sizes[2] - sizes[1], 3.0, sizes)
+        self.assertLess(sizes[-1] - sizes[-2], 1.0, sizes)
         before = len(poses)
         sleeper.process.send_signal(signal.SIGCONT)
-        self.assertTrue(sleeper.said(r"PoseCell/State: messages of .* were lost: this node did not read them in time"),
+        self.assertTrue(sleeper.said(r"PoseCell/State: messages of .* were lost: this node did not read them in time", 60.0),
                         sleeper.output())
-        self.feed(1000 + 3 * MESSAGES, 2000 + 3 * MESSAGES, (odometry, for_sleeper), views)
-        self.assertTrue(harness.wait_until(lambda: len(poses) > before + 10, 30.0), sleeper.output())
+        self.feed(1000 + PARTS * MESSAGES, 2000 + PARTS * MESSAGES, (odometry, for_sleeper), views)
+        self.assertTrue(harness.wait_until(lambda: len(poses) > before + 10, 60.0), sleeper.output())
         newest = self.states[-1].header.stamp
         self.assertTrue(harness.wait_until(lambda: poses[-1].header.stamp == newest, 60.0), sleeper.output())
 
