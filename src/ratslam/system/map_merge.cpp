@@ -62,6 +62,15 @@ struct Stages {
     local_view.load(state.child("local_view"));
     pose_cells.load(state.child("pose_cells"));
     map.load(state.child("experience_map"));
+    // Nodes that lost their memory number their experiences anew.
+    const auto numbers = state.child("experience_map").get<std::vector<std::uint32_t>>("experience_of");
+    for (std::uint32_t id = 0; id < numbers.size(); ++id) {
+      if (numbers[id] != id) {
+        throw std::runtime_error(
+            "the pose cells have lost their memory while this map was made: what they call experience " +
+            std::to_string(id) + " is another one in the map");
+      }
+    }
     if (pose_cells.cells().experiences() != map.map().graph().experiences().size()) {
       throw std::runtime_error("pose cells and experience map do not know the same places: " +
                                std::to_string(pose_cells.cells().experiences()) + " and " +
