@@ -99,7 +99,9 @@ LensModel lensModelFromName(const std::string& name) {
   if (name == "plumb_bob") return LensModel::kPlumbBob;
   if (name == "rational_polynomial") return LensModel::kRationalPolynomial;
   if (name == "equidistant" || name == "fisheye") return LensModel::kEquidistant;
-  throwBadValue("distortion_model", name, "it must be plumb_bob, rational_polynomial, equidistant or none");
+  const bool printable = std::all_of(name.begin(), name.end(), [](char c) { return c >= ' ' && c < '\x7f'; });
+  const std::string shown = printable ? name : "of " + std::to_string(name.size()) + " unprintable bytes";
+  throwBadValue("distortion_model", shown, "it must be plumb_bob, rational_polynomial, equidistant or none");
 }
 
 void CameraModel::validate() const {

@@ -89,5 +89,14 @@ TEST(CalibrationFile, FaultsAreNamed) {
   EXPECT_NE(complaint(none).find("fx: value 0 is not allowed"), std::string::npos);
 }
 
+TEST(LensModel, ANameThatCannotBePrintedIsToldByItsLength) {
+  try {
+    lensModelFromName("plumb\nbob\xff");
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("of 10 unprintable bytes"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace ratslam
