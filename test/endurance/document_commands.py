@@ -27,12 +27,13 @@ import time
 
 OURS = re.compile(r"scripts/|build/|ratslam_\w+ |\. |source |(rosrun|roslaunch|rostopic|python3|cmake|parallel|sbatch|roscp) ")
 # They work on the source tree itself.
-BUILDS = re.compile(r"scripts/(setup|build|test|demo|benchmark)\b|cmake ")
+BUILDS = re.compile(r"scripts/(setup|build|test|demo|benchmark|endurance)\b|cmake ")
 MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)) -->")
 COMMENT = re.compile(r"\s{2,}#.*$")
 TIMEOUT_S = 7200
 SETTLED_S = 20  # that a live launch must last
 TOWN = "ratslam_town --frames 60 --jpeg-quality 90 --wheel-noise 0.01,0.02,0.002"
+LONGER = TOWN.replace("60", "120", 1)  # as far as a picture of its scale needs
 FATAL = re.compile(r"\[FATAL\]|has died|Traceback|REQUIRED process")
 
 
@@ -89,9 +90,9 @@ class Sandbox:
     def make_recordings(self):
         small = f"{TOWN} --size 416x240"
         phone = f"{TOWN} --layout recorder --gps-noise 1 --size 1280x960 --calibration 1000,1000,640,480"
-        for command in (f"{TOWN} --out kitti/sequences/00", f"{TOWN} --out drive.bag --root kitti",
+        for command in (f"{LONGER} --out kitti/sequences/00", f"{TOWN} --out drive.bag --root kitti",
                         f"{small} --out irat.bag --root irat_red", f"{phone} --out phone",
-                        "ln -s kitti/sequences/00 K", "ln -s kitti dataset", "ln -s K DISTURBED", "ln -s K DRIVE", "ln -s K OTHER",
+                        "ln -s kitti/sequences/00 K", "ln -s kitti dataset", "ln -s K DISTURBED", "ln -s K DRIVE", "ln -s K OTHER", "ln -s K TOWN",
                         "cp config/kitti.yaml C", "cp config/robot.yaml my.yaml", "cp phone/calibration.yaml phone.yaml",
                         "mv \"$(dirname phone/*/data_image.txt)\" '23-05-14 10:31:07'", "cp K/poses.txt 00.txt",
                         "cp K/poses.txt 02.txt", "cp K/times.txt times_00.txt", "mkdir -p out",
