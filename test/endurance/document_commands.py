@@ -92,11 +92,12 @@ class Sandbox:
         phone = f"{TOWN} --layout recorder --gps-noise 1 --size 1280x960 --calibration 1000,1000,640,480"
         for command in (f"{LONGER} --out kitti/sequences/00", f"{TOWN} --out drive.bag --root kitti",
                         f"{small} --out irat.bag --root irat_red", f"{phone} --out phone",
-                        "ln -s kitti/sequences/00 K", "ln -s kitti dataset", "ln -s K DISTURBED", "ln -s K DRIVE", "ln -s K OTHER", "ln -s K TOWN",
+                        "ln -s kitti/sequences/00 K", "ln -s kitti dataset", "ln -s K DISTURBED", "ln -s K DRIVE", "ln -s K OTHER",
                         "cp config/kitti.yaml C", "cp config/robot.yaml my.yaml", "cp phone/calibration.yaml phone.yaml",
                         "mv \"$(dirname phone/*/data_image.txt)\" '23-05-14 10:31:07'", "cp K/poses.txt 00.txt",
                         "cp K/poses.txt 02.txt", "cp K/times.txt times_00.txt", "mkdir -p out",
-                        "ratslam_run K --config config/kitti.yaml --out first", "cp first/odometry.csv ."):
+                        "ratslam_run K --config config/kitti.yaml --out first --save-map monday.db", "cp first/odometry.csv .",
+                        "ratslam_run K --config config/kitti.yaml --out second --save-map tuesday.db"):
             done = self.run(command)
             if done.returncode:
                 raise SystemExit(f"stand-ins cannot be made: {command}\n{done.stdout}")

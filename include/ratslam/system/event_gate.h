@@ -47,6 +47,7 @@ class EventGate {
     }
     const bool first = earlier_.empty();
     keepForTheNewTime(sample);
+    takeLater();
     return first ? SampleVerdict::kTimeWentBack : SampleVerdict::kAccepted;
   }
 
@@ -57,21 +58,12 @@ class EventGate {
 
   /// kLate: the event is left out. kTimeWentBack: it opens a new time.
   EventVerdict addEvent(const Event& event) {
-    if (last_event_ && event.stamp < *last_event_) {
-      if (!opensNewTime(event.stamp)) return EventVerdict::kLate;
-      events_.clear();
-      last_event_ = event.stamp;
-      events_.push_back(event);
-      if (!earlier_.empty()) {
-        startAnew(std::move(earlier_));
-      } else if (odometry_.cursor() > event.stamp) {
-        held_until_ = odometry_.lastStamp();
-      }
-      return EventVerdict::kTimeWentBack;
-    }
+    const bool back = last_event_ && event.stamp < *last_event_;
+    if (back && !opensNewTime(event.stamp)) return EventVerdict::kLate;
     last_event_ = event.stamp;
-    events_.push_back(event);
-    return EventVerdict::kAccepted;
+    later_.push_back(event);
+    takeLater();
+    return back ? EventVerdict::kTimeWentBack : EventVerdict::kAccepted;
   }
 
   /// The next event, where the odometry has reached it.
@@ -86,8 +78,11 @@ class EventGate {
   }
   /// The next event, whether or not the odometry has reached it.
   const Event* waiting() const { return events_.empty() ? nullptr : &events_.front(); }
-  void pop() { events_.pop_front(); }
-  std::size_t size() const { return events_.size(); }
+  void pop() {
+    events_.pop_front();
+    takeLater();
+  }
+  std::size_t size() const { return events_.size() + later_.size(); }
   /// Whether the events have gone back in time and the odometry has not, so far.
   bool waitsForOdometryToGoBack() const { return held_until_.has_value(); }
   std::optional<Stamp> lastEvent() const { return last_event_; }
@@ -108,6 +103,8 @@ class EventGate {
   void stateFields(Fields&& fields) {
     fields("odometry", odometry_);
     fields("events", events_);
+    fields("later", later_);
+    fields("newest_taken", newest_taken_);
     fields("last_event", last_event_);
     fields("held_until", held_until_);
     fields("earlier", earlier_);
@@ -119,6 +116,27 @@ class EventGate {
 
  private:
   static constexpr std::size_t kMostEarlier = 10000;
+
+  /// Takes events in, up to one that goes back in time while the odometry has yet to reach those before it.
+  void takeLater() {
+    while (!later_.empty()) {
+      const Event next = later_.front();
+      const bool back = newest_taken_ && next.stamp < *newest_taken_;
+      const bool reachable =
+          !events_.empty() && earlier_.empty();  // else the odometry's old time is over, too
+      if (back && reachable) return;
+      later_.pop_front();
+      newest_taken_ = next.stamp;
+      if (back) events_.clear();
+      events_.push_back(next);
+      if (!back) continue;
+      if (!earlier_.empty()) {
+        startAnew(std::move(earlier_));
+      } else if (odometry_.cursor() > next.stamp) {
+        held_until_ = odometry_.lastStamp();
+      }
+    }
+  }
 
   void keepForTheNewTime(const OdometrySample& sample) {
     earlier_.push_back(sample);
@@ -136,6 +154,8 @@ class EventGate {
   OdometryStreamParams params_;
   OdometryTimeline odometry_;
   std::deque<Event> events_;
+  std::deque<Event> later_;  ///< of a new time, while events of the old one wait for the odometry
+  std::optional<Stamp> newest_taken_;
   std::optional<Stamp> last_event_;
   /// The odometry's last stamp when the events went back in time before it.
   std::optional<Stamp> held_until_;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 namespace ratslam {
 namespace {
 
@@ -19,15 +21,18 @@ OdometrySample forward(Stamp stamp) {
 }
 
 /// Way driven by the events of a recording of 5 s that is played twice, the odometry `ahead` samples before
-/// the events.
+/// the events, or behind them where that is negative.
 std::vector<double> waysOfALoop(int ahead) {
   constexpr int kLap = 50;
+  constexpr int kAll = 2 * kLap;
   EventGate<Event> gate(false);
   std::vector<double> ways;
-  for (int k = 0; k < 2 * kLap + ahead; ++k) {
-    if (k < 2 * kLap) gate.addOdometry(forward(100 * kTenth + k % kLap * kTenth));
-    if (k < ahead) continue;
-    gate.addEvent({100 * kTenth + (k - ahead) % kLap * kTenth});
+  const auto stampOf = [](int k) { return 100 * kTenth + k % kLap * kTenth; };
+  for (int k = -std::abs(ahead); k < kAll + std::abs(ahead); ++k) {
+    const int sample = ahead >= 0 ? k + ahead : k;
+    const int event_number = ahead >= 0 ? k : k - ahead;
+    if (sample >= 0 && sample < kAll) gate.addOdometry(forward(stampOf(sample)));
+    if (event_number >= 0 && event_number < kAll) gate.addEvent({stampOf(event_number)});
     while (const Event* event = gate.ready()) {
       double way = 0.0;
       for (const TimedStep& timed : gate.motionUntil(event->stamp)) way += timed.step.forward;
@@ -38,10 +43,12 @@ std::vector<double> waysOfALoop(int ahead) {
   return ways;
 }
 
-TEST(EventGate, ALoopedRecordingGivesTheSameHoweverFarTheOdometryRunsAhead) {
+TEST(EventGate, ALoopedRecordingGivesTheSameHoweverFarTheOdometryRunsAheadOrBehind) {
   const std::vector<double> together = waysOfALoop(0);
   ASSERT_EQ(together.size(), 100U);
-  for (const int ahead : {1, 7, 45, 49}) EXPECT_EQ(waysOfALoop(ahead), together) << ahead << " samples ahead";
+  for (const int ahead : {1, 7, 45, 49, -1, -7, -30, -49, -70}) {
+    EXPECT_EQ(waysOfALoop(ahead), together) << ahead << " samples ahead";
+  }
 }
 
 /// Images that come out of order by more than time_reset, or whose clock steps back alone: the odometry never goes back.
