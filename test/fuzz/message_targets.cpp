@@ -141,7 +141,7 @@ void events(const Bytes& input) {
     mayRefuse([&] { pose_cells.drain(); });
     mayRefuse([&] { map.drain(); });
   }
-  mayRefuse([&] { map.drainWithoutWaiting(); });
+  mayRefuse([&] { map.drain(Passing::kAll); });
   requireFinite(map.map());
 }
 

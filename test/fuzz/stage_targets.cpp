@@ -54,7 +54,7 @@ void poseCellStage(const Bytes& input) {
   for (int steps = 0; !reader.atEnd() && steps < 100; ++steps) {
     const auto what = reader.take<std::uint8_t>();
     if (what % 8 == 7) {
-      stage.drainWithoutOdometry();
+      stage.drain(Passing::kAll);
     } else if (what % 2 == 0) {
       stage.addOdometry(sample(reader, clock));
     } else {
@@ -111,7 +111,7 @@ void mapStage(const Bytes& input) {
     const auto created = static_cast<std::uint32_t>(stage.map().graph().experiences().size());
     mayRefuse([&] {  // as the node does, which drops what is refused
       if (what % 16 == 15) {
-        stage.drainWithoutWaiting();
+        stage.drain(Passing::kAll);
       } else if (what % 16 == 14) {
         stage.map().setGoal(number(reader), number(reader));
       } else if (what % 4 == 0) {
@@ -124,7 +124,7 @@ void mapStage(const Bytes& input) {
     });
     mayRefuse([&] { stage.drain(); });
   }
-  mayRefuse([&] { stage.drainWithoutWaiting(); });
+  mayRefuse([&] { stage.drain(Passing::kAll); });
   stage.map().settle();
   requireFinite(stage.map());
 }

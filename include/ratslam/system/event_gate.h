@@ -18,6 +18,10 @@ namespace ratslam {
 /// What became of an event.
 enum class EventVerdict { kAccepted, kLate, kTimeWentBack };
 
+/// Which of the waiting events pass: those that the odometry has reached, or all of them, with the motion known so
+/// far (a live odometry has fallen silent).
+enum class Passing { kReached, kAll };
+
 /// @tparam Event has a member `stamp`
 template <class Event>
 class EventGate {
@@ -66,22 +70,24 @@ class EventGate {
     return back ? EventVerdict::kTimeWentBack : EventVerdict::kAccepted;
   }
 
-  /// The next event, where the odometry has reached it.
-  const Event* ready() const {
-    if (events_.empty()) return nullptr;
-    const Event& next = events_.front();
-    // Once the events run past where the odometry was, it is clear that it will not go back: what waits has no motion of
-    // its own.
-    if (held_until_ && next.stamp <= *held_until_)
-      return events_.back().stamp > *held_until_ ? &next : nullptr;
-    return odometry_.reached(next.stamp) ? &next : nullptr;
+  /// Hands out events, oldest first. While an event is taken, motionUntil gives its motion.
+  /// @param take  takes an event and returns true, or leaves it by false, which ends the call; an event at which it
+  /// throws is gone all the same
+  template <class Take>
+  void pass(Passing which, Take&& take) {
+    while (!events_.empty() && (which == Passing::kAll || nextIsReached())) {
+      const Event event = events_.front();
+      try {
+        if (!take(event)) return;
+      } catch (...) {
+        pop();
+        throw;
+      }
+      pop();
+    }
   }
   /// The next event, whether or not the odometry has reached it.
   const Event* waiting() const { return events_.empty() ? nullptr : &events_.front(); }
-  void pop() {
-    events_.pop_front();
-    takeLater();
-  }
   std::size_t size() const { return events_.size() + later_.size(); }
   /// Whether the events have gone back in time and the odometry has not, so far.
   bool waitsForOdometryToGoBack() const { return held_until_.has_value(); }
@@ -117,14 +123,27 @@ class EventGate {
  private:
   static constexpr std::size_t kMostEarlier = 10000;
 
-  /// Takes events in, up to one that goes back in time while the odometry has yet to reach those before it.
+  bool nextIsReached() const {
+    const Stamp next = events_.front().stamp;
+    // Once the events run past where the odometry was, it is clear that it will not go back: what waits has no motion of
+    // its own.
+    if (held_until_ && next <= *held_until_) return events_.back().stamp > *held_until_;
+    return odometry_.reached(next);
+  }
+
+  void pop() {
+    events_.pop_front();
+    takeLater();
+  }
+
+  /// Takes events in, up to one that goes back in time while those before it have yet to pass.
   void takeLater() {
     while (!later_.empty()) {
       const Event next = later_.front();
       const bool back = newest_taken_ && next.stamp < *newest_taken_;
-      const bool reachable =
-          !events_.empty() && earlier_.empty();  // else the odometry's old time is over, too
-      if (back && reachable) return;
+      // Once the odometry's old time is over as well, what it has not reached will never be.
+      const bool will_pass = !events_.empty() && (earlier_.empty() || nextIsReached());
+      if (back && will_pass) return;
       later_.pop_front();
       newest_taken_ = next.stamp;
       if (back) events_.clear();

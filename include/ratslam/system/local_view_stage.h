@@ -52,11 +52,8 @@ class LocalViewStage {
   /// @throws std::invalid_argument as LocalViewCells::describe does; std::logic_error without its camera
   EventVerdict addFrame(const ImageFrame& frame);
 
-  /// Views that have become possible, oldest first.
-  std::vector<ViewObservation> drain();
-
-  /// Processes the waiting views with the motion known so far: for a live odometry that has fallen silent.
-  std::vector<ViewObservation> drainWithoutOdometry();
+  /// Observations of the images that pass, oldest first; where no odometry is needed all pass.
+  std::vector<ViewObservation> drain(Passing which = Passing::kReached);
 
   std::size_t waitingImages() const { return gate_.size(); }
   /// Whether the images have gone back in time and the odometry has not, so far.
@@ -112,7 +109,7 @@ class LocalViewStage {
 
   void joinOldest();
   ViewMotion motionUntil(Stamp stamp);
-  void process(const WaitingView& waiting, std::vector<ViewObservation>& seen);
+  ViewObservation process(const WaitingView& waiting);
 
   RecallGeometryParams recall_params_;
   OdometryStreamParams stream_;

@@ -35,11 +35,8 @@ class MapStage {
 
   /// Processes what has become possible. An action that names experiences that do not exist is refused, the map
   /// unharmed. @return stamps of the processed decisions, oldest first
-  std::vector<Stamp> drain();
-
-  /// Processes waiting decisions with the motion and geometry known so far: for a live stream that fell
-  /// silent.
-  std::vector<Stamp> drainWithoutWaiting();
+  /// @param which  kAll: neither the odometry nor the geometry is waited for
+  std::vector<Stamp> drain(Passing which = Passing::kReached);
   /// Why decisions were refused since the last call: the map could not follow them, and went on with the next.
   std::vector<std::string> takeRefusals();
 
@@ -85,6 +82,7 @@ class MapStage {
  private:
   void process(const TopologicalAction& action);
   bool processOrRefuse(const TopologicalAction& action);
+  bool geometryIsMissing(Stamp stamp) const;
   TopologicalAction inNumbersOfTheMap(TopologicalAction action);
   std::optional<RecallGeometry> takeGeometry(Stamp stamp);
   void thinOutWay();
@@ -104,6 +102,7 @@ class MapStage {
   std::optional<Stamp> forgotten_until_;  ///< geometry up to here will never come
   std::size_t forgotten_ = 0;
   bool started_ = false;
+  std::optional<Stamp> last_processed_;
   std::uint64_t beginnings_ = 0;  ///< of the odometry's time, as far as the map has followed
   /// Dead reckoning at the stamp of each decision, in the odometry's unit, for the ways that recall geometry compares
   /// with. Once there are too many, every other one of the older half goes.

@@ -29,11 +29,8 @@ class PoseCellStage {
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
   EventVerdict addView(const ViewEvent& view) { return gate_.addEvent(view); }
 
-  /// Decisions that have become possible, oldest first.
-  std::vector<PoseCellDecision> drain();
-
-  /// Processes the waiting views with the motion known so far: for a live odometry that has fallen silent.
-  std::vector<PoseCellDecision> drainWithoutOdometry();
+  /// Decisions on the views that pass, oldest first.
+  std::vector<PoseCellDecision> drain(Passing which = Passing::kReached);
 
   std::size_t waitingViews() const { return gate_.size(); }
   /// Whether the views have gone back in time and the odometry has not, so far.

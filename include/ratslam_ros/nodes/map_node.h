@@ -44,7 +44,7 @@ class MapNode {
   std::string write(const std::string& file);
   void watch();
   /// Processes what is possible, without waiting for silent streams where `wait` is false; publishes.
-  void drain(bool wait);
+  void drain(Passing which);
 
   ros::NodeHandle handle_;
   NodeParams params_;

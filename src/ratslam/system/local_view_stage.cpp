@@ -96,22 +96,12 @@ EventVerdict LocalViewStage::addFrame(const ImageFrame& frame) {
   return gate_.addEvent(waiting);
 }
 
-std::vector<ViewObservation> LocalViewStage::drain() {
-  if (!needsOdometry()) return drainWithoutOdometry();
+std::vector<ViewObservation> LocalViewStage::drain(Passing which) {
   std::vector<ViewObservation> seen;
-  while (const WaitingView* next = gate_.ready()) {
-    process(*next, seen);
-    gate_.pop();
-  }
-  return seen;
-}
-
-std::vector<ViewObservation> LocalViewStage::drainWithoutOdometry() {
-  std::vector<ViewObservation> seen;
-  while (const WaitingView* next = gate_.waiting()) {
-    process(*next, seen);
-    gate_.pop();
-  }
+  gate_.pass(needsOdometry() ? which : Passing::kAll, [&](const WaitingView& waiting) {
+    seen.push_back(process(waiting));
+    return true;
+  });
   return seen;
 }
 
@@ -145,7 +135,7 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
   return motion;
 }
 
-void LocalViewStage::process(const WaitingView& waiting, std::vector<ViewObservation>& seen) {
+ViewObservation LocalViewStage::process(const WaitingView& waiting) {
   changes_.applyBefore(waiting.stamp, cells_);
   const ViewMotion motion = needsOdometry() ? motionUntil(waiting.stamp) : ViewMotion{};
   ViewObservation observation;
@@ -160,7 +150,7 @@ void LocalViewStage::process(const WaitingView& waiting, std::vector<ViewObserva
     observation.view = cells_.observe(waiting.stamp, waiting.view, waiting.image, motion);
   }
   if (observation.geometry) observation.geometry->view_id = observation.view.id;
-  seen.push_back(observation);
+  return observation;
 }
 
 void LocalViewStage::interrupt() {

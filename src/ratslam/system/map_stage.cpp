@@ -11,7 +11,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 3;
+constexpr std::uint32_t kStateVersion = 4;
 constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
 
 constexpr std::uint32_t kMostExperiences = 10'000'000;
@@ -29,17 +29,13 @@ MapStage::MapStage(const ExperienceMapParams& params, bool wait_for_geometry,
       gate_(params.exp_height, stream) {}
 
 bool MapStage::addDecision(const TopologicalAction& action) {
-  if (gate_.opensNewTime(action.stamp)) drainWithoutWaiting();
   EventVerdict verdict = gate_.addEvent(action);
   if (verdict == EventVerdict::kLate) {
     TopologicalAction now = action;
     now.stamp = *gate_.lastEvent();
     verdict = gate_.addEvent(now);
   }
-  const bool forward = verdict == EventVerdict::kAccepted;
-  if (!forward) forgotten_until_.reset();
-  if (!forward) started_ = false;  // the map's clock is set anew: no motion, no time across the jump
-  return forward;
+  return verdict == EventVerdict::kAccepted;
 }
 
 void MapStage::addGeometry(const RecallGeometry& geometry) {
@@ -50,26 +46,25 @@ void MapStage::addGeometry(const RecallGeometry& geometry) {
   ++forgotten_;
 }
 
-std::vector<Stamp> MapStage::drain() {
+std::vector<Stamp> MapStage::drain(Passing which) {
   std::vector<Stamp> processed;
-  while (const TopologicalAction* next = gate_.ready()) {
-    const bool will_come = !forgotten_until_ || next->stamp > *forgotten_until_;
-    if (wait_for_geometry_ && will_come && geometry_.count(next->stamp) == 0) break;
-    const TopologicalAction action = *next;
-    gate_.pop();
+  gate_.pass(which, [&](const TopologicalAction& action) {
+    if (last_processed_ && action.stamp < *last_processed_) {
+      started_ = false;  // the map's clock is set anew: no motion, no time across the jump
+      forgotten_until_.reset();
+      last_processed_.reset();
+    }
+    if (which == Passing::kReached && geometryIsMissing(action.stamp)) return false;
+    last_processed_ = action.stamp;
     if (processOrRefuse(action)) processed.push_back(action.stamp);
-  }
+    return true;
+  });
   return processed;
 }
 
-std::vector<Stamp> MapStage::drainWithoutWaiting() {
-  std::vector<Stamp> processed;
-  while (const TopologicalAction* next = gate_.waiting()) {
-    const TopologicalAction action = *next;
-    gate_.pop();
-    if (processOrRefuse(action)) processed.push_back(action.stamp);
-  }
-  return processed;
+bool MapStage::geometryIsMissing(Stamp stamp) const {
+  const bool will_come = wait_for_geometry_ && (!forgotten_until_ || stamp > *forgotten_until_);
+  return will_come && geometry_.count(stamp) == 0;
 }
 
 bool MapStage::processOrRefuse(const TopologicalAction& action) {
@@ -94,6 +89,7 @@ void MapStage::interrupt() {
   geometry_.clear();
   forgotten_until_.reset();
   started_ = false;
+  last_processed_.reset();
 }
 
 void MapStage::save(State& state) const {
@@ -104,6 +100,7 @@ void MapStage::save(State& state) const {
   for (const auto& [stamp, measured] : geometry_) geometry.push_back(measured);
   state.set("geometry", geometry);
   state.set("started", started_);
+  state.set("last_processed", last_processed_);
   state.set("session", session_);
   state.set("experience_of", experience_of_);
   state.set("recreated", recreated_);
@@ -121,6 +118,7 @@ void MapStage::load(const State& state) {
     geometry_[measured.stamp] = measured;
   }
   state.get("started", started_);
+  state.get("last_processed", last_processed_);
   state.get("session", session_);
   state.get("experience_of", experience_of_);
   state.get("recreated", recreated_);

@@ -9,21 +9,12 @@ constexpr std::uint32_t kStateVersion = 3;
 
 }  // namespace
 
-std::vector<PoseCellDecision> PoseCellStage::drain() {
+std::vector<PoseCellDecision> PoseCellStage::drain(Passing which) {
   std::vector<PoseCellDecision> decisions;
-  while (const ViewEvent* view = gate_.ready()) {
-    decisions.push_back(process(*view));
-    gate_.pop();
-  }
-  return decisions;
-}
-
-std::vector<PoseCellDecision> PoseCellStage::drainWithoutOdometry() {
-  std::vector<PoseCellDecision> decisions;
-  while (const ViewEvent* view = gate_.waiting()) {
-    decisions.push_back(process(*view));
-    gate_.pop();
-  }
+  gate_.pass(which, [&](const ViewEvent& view) {
+    decisions.push_back(process(view));
+    return true;
+  });
   return decisions;
 }
 

@@ -109,7 +109,7 @@ void LocalViewNode::watch() {
   odometry_.watchStreams();
   if (!odometry_timeout_.expired(stage_.waitingImages() > 0)) return;
   went_on_without_.report(odometry_.topic() + " is silent: images are processed without odometry");
-  guard_.run(images_.topic(), [this] { publish(stage_.drainWithoutOdometry()); });
+  guard_.run(images_.topic(), [this] { publish(stage_.drain(Passing::kAll)); });
 }
 
 void LocalViewNode::publish(const std::vector<ViewObservation>& observations) {

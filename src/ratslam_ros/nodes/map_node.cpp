@@ -22,7 +22,7 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
                   if (verdict == SampleVerdict::kAccepted || verdict == SampleVerdict::kTimeWentBack) {
                     odometry_frame_.add(sample);
                   }
-                  drain(true);
+                  drain(Passing::kReached);
                   if (stage_.map().currentExperience()) {
                     publisher_.followOdometry(stage_.latestPose(), odometry_frame_);
                   }
@@ -75,7 +75,7 @@ void MapNode::subscribe() {
     subscribers_.push_back(guard_.subscribe<ratslam_ros::RecallGeometry>(
         handle_, topic("LocalView/RecallGeometry"), 0, [this](const ratslam_ros::RecallGeometry& message) {
           stage_.addGeometry(geometryFromMessage(message));
-          drain(true);
+          drain(Passing::kReached);
         }));
   }
   subscribers_.push_back(guard_.subscribe<geometry_msgs::PoseStamped>(
@@ -91,14 +91,14 @@ void MapNode::onDecision(const Message& message) {
   checkpoints_.before(action.stamp, [this](State& state) { stage_.save(state); });
   pose_cells_.heard(action.session);
   if (!stage_.addDecision(action)) reports_.timeWentBack();
-  drain(true);
+  drain(Passing::kReached);
 }
 
-void MapNode::drain(bool wait) {
+void MapNode::drain(Passing which) {
   publisher_.setOdometryFrame(params_.odomFrame(odometry_.frame()));
-  const std::vector<Stamp> processed = wait ? stage_.drain() : stage_.drainWithoutWaiting();
+  const std::vector<Stamp> processed = stage_.drain(which);
   reports_.report(stage_);
-  if (wait && !processed.empty()) silence_.messageArrived();
+  if (which == Passing::kReached && !processed.empty()) silence_.messageArrived();
   publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
   publisher_.publishMapIfDue(stage_.map());
   goals_.report(stage_.map(), publisher_);
@@ -112,7 +112,7 @@ void MapNode::watch() {
   if (!silence_.expired(stage_.waitingDecisions() > 0)) return;
   went_on_without_.report(odometry_.topic() + (verifies_ ? " or LocalView/RecallGeometry" : "") +
                           " is silent: decisions are processed without it");
-  drain(false);
+  drain(Passing::kAll);
 }
 
 PartActions MapNode::actions() {

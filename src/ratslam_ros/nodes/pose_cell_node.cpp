@@ -110,7 +110,7 @@ void PoseCellNode::watch() {
   const std::string offset =
       lag ? "; its newest stamp lies " + std::to_string(*lag) + " s before the waiting image's" : "";
   went_on_without_.report(odometry_.topic() + " is silent: views are processed without odometry" + offset);
-  guard_.run(views_watch_.topic(), [this] { publish(stage_.drainWithoutOdometry()); });
+  guard_.run(views_watch_.topic(), [this] { publish(stage_.drain(Passing::kAll)); });
 }
 
 void PoseCellNode::describe(DiagnosticStatus& status) {

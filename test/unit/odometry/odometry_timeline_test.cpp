@@ -7,7 +7,6 @@
 #include "ratslam/common/pose2.h"
 #include "ratslam/experience_map/map_pose.h"
 #include "ratslam/odometry/uncertainty.h"
-#include "ratslam/system/event_gate.h"
 
 namespace ratslam {
 namespace {
@@ -254,98 +253,6 @@ TEST(OdometryTimeline, KeepsTheWayOfHoursWithinBounds) {
   EXPECT_NEAR(told.pose.x, whole.pose.x, 1e-6);
   EXPECT_NEAR(told.pose.y, whole.pose.y, 1e-6);
   EXPECT_NEAR(told.pose.yaw, whole.pose.yaw, 1e-9);
-}
-
-struct Event {
-  Stamp stamp;
-};
-
-double distance(const std::vector<TimedStep>& steps) {
-  double sum = 0.0;
-  for (const TimedStep& timed : steps) sum += timed.step.forward;
-  return sum;
-}
-
-/// Events and odometry of ten seconds at 1 m/s, handed over in a given interleaving; the motion before each
-/// event.
-std::vector<double> motionPerEvent(std::size_t odometry_first) {
-  EventGate<Event> gate(false);
-  std::vector<double> motions;
-  const auto drain = [&] {
-    while (const Event* event = gate.ready()) {
-      motions.push_back(distance(gate.motionUntil(event->stamp)));
-      gate.pop();
-    }
-  };
-  std::size_t odometry = 0;
-  for (std::size_t event = 0; event < 9; ++event) {
-    for (; odometry < 41 && odometry < odometry_first + event; ++odometry) {
-      gate.addOdometry(twist(0.25 * static_cast<double>(odometry), 1.0, 0.0));
-      drain();
-    }
-    gate.addEvent({static_cast<Stamp>(event) * kSecond + kSecond / 10});
-    drain();
-  }
-  for (; odometry < 41; ++odometry) {
-    gate.addOdometry(twist(0.25 * static_cast<double>(odometry), 1.0, 0.0));
-    drain();
-  }
-  return motions;
-}
-
-TEST(EventGate, ArrivalOrderDoesNotMatter) {
-  const auto expected = motionPerEvent(41);
-  ASSERT_EQ(expected.size(), 9U);
-  EXPECT_NEAR(expected[0], 0.1, 1e-12);
-  EXPECT_NEAR(expected[5], 1.0, 1e-12);
-  for (std::size_t lead = 0; lead < 41; ++lead) EXPECT_EQ(motionPerEvent(lead), expected) << "lead " << lead;
-}
-
-TEST(EventGate, NoMotionIsMeasuredAcrossAJumpBackInTime) {
-  for (const bool events_jump_first : {true, false}) {
-    EventGate<Event> gate(false);
-    for (int i = 0; i <= 10; ++i) gate.addOdometry(twist(i, 1.0, 0.0));
-    gate.addEvent({10 * kSecond});
-    gate.motionUntil(10 * kSecond);
-    gate.pop();
-    if (events_jump_first) {
-      EXPECT_EQ(gate.addEvent({kSecond}), EventVerdict::kTimeWentBack);
-      EXPECT_EQ(gate.ready(), nullptr) << "the odometry has not gone back yet";
-      EXPECT_TRUE(gate.motionUntil(kSecond).empty());
-    }
-    EXPECT_EQ(gate.addOdometry(twist(0.0, 1.0, 0.0)), SampleVerdict::kTimeWentBack);
-    if (!events_jump_first) {
-      EXPECT_EQ(gate.addEvent({kSecond}), EventVerdict::kTimeWentBack);
-    }
-    EXPECT_EQ(gate.ready(), nullptr);
-    gate.addOdometry(twist(1.0, 1.0, 0.0));
-    ASSERT_NE(gate.ready(), nullptr);
-    EXPECT_DOUBLE_EQ(distance(gate.motionUntil(kSecond)), 1.0);
-  }
-}
-
-TEST(EventGate, ASecondPublisherWhoseStampsLieBackChangesNothing) {
-  EventGate<Event> alone(false);
-  EventGate<Event> disturbed(false);
-  for (int i = 0; i < 60; ++i) {
-    for (EventGate<Event>* gate : {&alone, &disturbed}) gate->addOdometry(twist(20.0 + 0.1 * i, 1.0, 0.0));
-    disturbed.addOdometry(twist(7.0 + 0.1 * i, 5.0, 1.0));
-    for (EventGate<Event>* gate : {&alone, &disturbed}) gate->addEvent({stampFromSeconds(20.0 + 0.1 * i)});
-    ASSERT_NE(disturbed.ready(), nullptr);
-    EXPECT_EQ(distance(disturbed.motionUntil(disturbed.ready()->stamp)),
-              distance(alone.motionUntil(alone.ready()->stamp)));
-    alone.pop();
-    disturbed.pop();
-  }
-  EXPECT_EQ(disturbed.beginnings(), 0U);
-}
-
-TEST(EventGate, ALateEventIsLeftOut) {
-  EventGate<Event> gate(false);
-  gate.addOdometry(twist(0.0, 1.0, 0.0));
-  gate.addEvent({kSecond});
-  EXPECT_EQ(gate.addEvent({kSecond / 2}), EventVerdict::kLate);
-  EXPECT_EQ(gate.size(), 1U);
 }
 
 }  // namespace

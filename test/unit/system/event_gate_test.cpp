@@ -7,68 +7,200 @@
 namespace ratslam {
 namespace {
 
-constexpr Stamp kTenth = 100000000;
+constexpr Stamp kSecond = 1000000000;
+constexpr Stamp kTenth = kSecond / 10;
 
 struct Event {
   Stamp stamp = 0;
 };
 
-OdometrySample forward(Stamp stamp) {
+/// An event that has passed, and the way driven since the one before it [m].
+struct Passed {
+  Stamp stamp = 0;
+  double way = 0.0;
+};
+
+bool operator==(const Passed& a, const Passed& b) { return a.stamp == b.stamp && a.way == b.way; }
+
+OdometrySample forward(Stamp stamp, double speed = 1.0) {
   OdometrySample sample;
   sample.stamp = stamp;
-  sample.speed = 1.0;
+  sample.speed = speed;
   return sample;
 }
 
-/// Way driven by the events of a recording of 5 s that is played twice, the odometry `ahead` samples before
+void pass(EventGate<Event>& gate, std::vector<Passed>& passed, Passing which = Passing::kReached) {
+  gate.pass(which, [&](const Event& event) {
+    passed.push_back({event.stamp, 0.0});
+    for (const TimedStep& timed : gate.motionUntil(event.stamp)) passed.back().way += timed.step.forward;
+    return true;
+  });
+}
+
+std::vector<Passed> passed(EventGate<Event>& gate) {
+  std::vector<Passed> all;
+  pass(gate, all);
+  return all;
+}
+
+/// The events of a recording of 5 s that is played twice, the odometry `ahead` samples before
 /// the events, or behind them where that is negative.
-std::vector<double> waysOfALoop(int ahead) {
+std::vector<Passed> eventsOfALoop(int ahead) {
   constexpr int kLap = 50;
   constexpr int kAll = 2 * kLap;
   EventGate<Event> gate(false);
-  std::vector<double> ways;
+  std::vector<Passed> all;
   const auto stampOf = [](int k) { return 100 * kTenth + k % kLap * kTenth; };
   for (int k = -std::abs(ahead); k < kAll + std::abs(ahead); ++k) {
     const int sample = ahead >= 0 ? k + ahead : k;
     const int event_number = ahead >= 0 ? k : k - ahead;
     if (sample >= 0 && sample < kAll) gate.addOdometry(forward(stampOf(sample)));
     if (event_number >= 0 && event_number < kAll) gate.addEvent({stampOf(event_number)});
-    while (const Event* event = gate.ready()) {
-      double way = 0.0;
-      for (const TimedStep& timed : gate.motionUntil(event->stamp)) way += timed.step.forward;
-      ways.push_back(way);
-      gate.pop();
-    }
+    pass(gate, all);
   }
-  return ways;
+  return all;
 }
 
 TEST(EventGate, ALoopedRecordingGivesTheSameHoweverFarTheOdometryRunsAheadOrBehind) {
-  const std::vector<double> together = waysOfALoop(0);
+  const std::vector<Passed> together = eventsOfALoop(0);
   ASSERT_EQ(together.size(), 100U);
   for (const int ahead : {1, 7, 45, 49, -1, -7, -30, -49, -70}) {
-    EXPECT_EQ(waysOfALoop(ahead), together) << ahead << " samples ahead";
+    EXPECT_TRUE(eventsOfALoop(ahead) == together) << ahead << " samples ahead";
   }
 }
 
 /// Images that come out of order by more than time_reset, or whose clock steps back alone: the odometry never goes back.
 TEST(EventGate, EventsThatAloneGoBackPassOnceTheyAreBeyondTheOdometryAgain) {
   EventGate<Event> gate(false);
-  std::vector<Stamp> passed;
-  double way = 0.0;
+  std::vector<Passed> all;
   for (int k = 100; k < 150; ++k) {
     gate.addOdometry(forward(k * kTenth));
     gate.addEvent({k * kTenth});
-    while (const Event* event = gate.ready()) {
-      passed.push_back(event->stamp);
-      for (const TimedStep& timed : gate.motionUntil(event->stamp)) way += timed.step.forward;
-      gate.pop();
-    }
+    pass(gate, all);
     if (k == 120) gate.addEvent({105 * kTenth});  // and those of the old time go on
   }
-  EXPECT_EQ(passed.size(), 51U);
+  EXPECT_EQ(all.size(), 51U);
   EXPECT_FALSE(gate.waitsForOdometryToGoBack());
+  double way = 0.0;
+  for (const Passed& event : all) way += event.way;
   EXPECT_NEAR(way, 4.9, 1e-9) << "what was driven meanwhile is driven once";
+}
+
+/// Events and odometry of ten seconds at 1 m/s, the odometry so many samples ahead of the events.
+std::vector<Passed> eventsOfTenSeconds(std::size_t odometry_first) {
+  EventGate<Event> gate(false);
+  std::vector<Passed> all;
+  std::size_t odometry = 0;
+  const auto addNext = [&] { gate.addOdometry(forward(static_cast<Stamp>(odometry++) * kSecond / 4)); };
+  for (std::size_t event = 0; event < 9; ++event) {
+    while (odometry < 41 && odometry < odometry_first + event) {
+      addNext();
+      pass(gate, all);
+    }
+    gate.addEvent({static_cast<Stamp>(event) * kSecond + kTenth});
+    pass(gate, all);
+  }
+  while (odometry < 41) {
+    addNext();
+    pass(gate, all);
+  }
+  return all;
+}
+
+TEST(EventGate, ArrivalOrderDoesNotMatter) {
+  const auto expected = eventsOfTenSeconds(41);
+  ASSERT_EQ(expected.size(), 9U);
+  EXPECT_NEAR(expected[0].way, 0.1, 1e-12);
+  EXPECT_NEAR(expected[5].way, 1.0, 1e-12);
+  for (std::size_t lead = 0; lead < 41; ++lead) {
+    EXPECT_TRUE(eventsOfTenSeconds(lead) == expected) << "lead " << lead;
+  }
+}
+
+TEST(EventGate, NoMotionIsMeasuredAcrossAJumpBackInTime) {
+  for (const bool events_jump_first : {true, false}) {
+    EventGate<Event> gate(false);
+    for (int i = 0; i <= 10; ++i) gate.addOdometry(forward(i * kSecond));
+    gate.addEvent({10 * kSecond});
+    ASSERT_EQ(passed(gate).size(), 1U);
+    if (events_jump_first) {
+      EXPECT_EQ(gate.addEvent({kSecond}), EventVerdict::kTimeWentBack);
+      EXPECT_TRUE(passed(gate).empty()) << "the odometry has not gone back yet";
+    }
+    EXPECT_EQ(gate.addOdometry(forward(0)), SampleVerdict::kTimeWentBack);
+    if (!events_jump_first) {
+      EXPECT_EQ(gate.addEvent({kSecond}), EventVerdict::kTimeWentBack);
+    }
+    EXPECT_TRUE(passed(gate).empty());
+    gate.addOdometry(forward(kSecond));
+    EXPECT_TRUE(passed(gate) == std::vector<Passed>({{kSecond, 1.0}}));
+  }
+}
+
+/// What an event waits for beside the odometry comes late (recall geometry); meanwhile both streams go back.
+TEST(EventGate, EventsThatAreReachedButNotYetTakenOutlastAJumpBack) {
+  for (const bool odometry_jumps_first : {true, false}) {
+    EventGate<Event> gate(false);
+    for (int i = 0; i <= 10; ++i) gate.addOdometry(forward(i * kSecond));
+    gate.addEvent({9 * kSecond});
+    gate.addEvent({10 * kSecond});
+    gate.pass(Passing::kReached, [](const Event&) { return false; });
+    const auto jump = [&](bool odometry) {
+      if (odometry) {
+        for (int i = 0; i <= 3; ++i) gate.addOdometry(forward(i * kSecond));
+      } else {
+        EXPECT_EQ(gate.addEvent({2 * kSecond}), EventVerdict::kTimeWentBack);
+      }
+    };
+    jump(odometry_jumps_first);
+    jump(!odometry_jumps_first);
+    const std::vector<Passed> expected{{9 * kSecond, 9.0}, {10 * kSecond, 1.0}, {2 * kSecond, 2.0}};
+    EXPECT_TRUE(passed(gate) == expected) << odometry_jumps_first;
+  }
+}
+
+TEST(EventGate, ASilentOdometryHoldsNothingUpThatIsNotWaitedFor) {
+  EventGate<Event> gate(false);
+  for (int i = 0; i <= 2; ++i) gate.addOdometry(forward(i * kSecond));
+  for (int i = 1; i <= 4; ++i) gate.addEvent({i * kSecond});
+  std::vector<Passed> all;
+  pass(gate, all);
+  EXPECT_EQ(all.size(), 2U);
+  pass(gate, all, Passing::kAll);
+  EXPECT_TRUE(all == std::vector<Passed>(
+                         {{kSecond, 1.0}, {2 * kSecond, 1.0}, {3 * kSecond, 0.0}, {4 * kSecond, 0.0}}));
+}
+
+TEST(EventGate, AnEventAtWhichItsTakerThrowsHoldsUpNoOther) {
+  EventGate<Event> gate(false);
+  for (int i = 0; i <= 2; ++i) gate.addOdometry(forward(i * kSecond));
+  gate.addEvent({kSecond});
+  gate.addEvent({2 * kSecond});
+  EXPECT_THROW(gate.pass(Passing::kReached, [](const Event&) -> bool { throw std::invalid_argument("bad"); }),
+               std::invalid_argument);
+  EXPECT_TRUE(passed(gate) == std::vector<Passed>({{2 * kSecond, 2.0}}));
+}
+
+TEST(EventGate, ASecondPublisherWhoseStampsLieBackChangesNothing) {
+  EventGate<Event> alone(false);
+  EventGate<Event> disturbed(false);
+  for (int i = 200; i < 260; ++i) {
+    for (EventGate<Event>* gate : {&alone, &disturbed}) gate->addOdometry(forward(i * kTenth));
+    disturbed.addOdometry(forward((i - 130) * kTenth, 5.0));
+    for (EventGate<Event>* gate : {&alone, &disturbed}) gate->addEvent({i * kTenth});
+    const std::vector<Passed> expected = passed(alone);
+    ASSERT_EQ(expected.size(), 1U);
+    EXPECT_TRUE(passed(disturbed) == expected);
+  }
+  EXPECT_EQ(disturbed.beginnings(), 0U);
+}
+
+TEST(EventGate, ALateEventIsLeftOut) {
+  EventGate<Event> gate(false);
+  gate.addOdometry(forward(0));
+  gate.addEvent({kSecond});
+  EXPECT_EQ(gate.addEvent({kSecond / 2}), EventVerdict::kLate);
+  EXPECT_EQ(gate.size(), 1U);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "ratslam/common/state.h"
 
 namespace ratslam {
@@ -89,6 +91,32 @@ TEST(MapStage, GeometryThatNoDecisionAsksForIsBoundedAndTheMapGoesOn) {
   stage.addGeometry(geometryAt((kSilent + 1) * kSecond));
   EXPECT_EQ(stage.drain(), (std::vector<Stamp>{(kSilent + 1) * kSecond}));
   EXPECT_EQ(stage.waitingGeometry(), 0U);
+}
+
+/// A looped bag whose decisions of the first lap wait for the geometry of their recalls when the second begins.
+TEST(MapStage, DecisionsThatWaitWhenTimeGoesBackGetTheirOwnMotion) {
+  MapStage stage(ExperienceMapParams{}, true);
+  const auto addSamples = [&] {
+    for (int second = 0; second <= 3; ++second) stage.addOdometry(sampleAt(second * kSecond, 1.0));
+  };
+  addSamples();
+  for (int second = 1; second <= 3; ++second) {
+    const auto number = static_cast<std::uint32_t>(second - 1);
+    stage.addDecision(
+        action(second * kSecond, ActionKind::kCreateNode, number == 0 ? 0 : number - 1, number));
+  }
+  EXPECT_TRUE(stage.drain().empty());
+  addSamples();
+  EXPECT_FALSE(stage.addDecision(action(1 * kSecond, ActionKind::kCreateNode, 2, 3)));
+  for (int second = 1; second <= 3; ++second) stage.addGeometry(geometryAt(second * kSecond));
+  EXPECT_EQ(stage.drain(), (std::vector<Stamp>{1 * kSecond, 2 * kSecond, 3 * kSecond}));
+  stage.addGeometry(geometryAt(1 * kSecond));
+  EXPECT_EQ(stage.drain(), (std::vector<Stamp>{1 * kSecond}));
+  const auto& experiences = stage.map().graph().experiences();
+  ASSERT_EQ(experiences.size(), 4U);
+  EXPECT_NEAR(std::hypot(experiences[2].pose.x - experiences[0].pose.x,
+                         experiences[2].pose.y - experiences[0].pose.y),
+              2.0, 1e-6);
 }
 
 TEST(MapStage, AFastOdometryDoesNotMakeItLarger) {
