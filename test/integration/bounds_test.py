@@ -1,14 +1,10 @@
 #!/usr/bin/python3
 """Whoever stands still takes no memory of the others without end; what was lost is said; all go on afterwards."""
 import os
-import shutil
 import signal
 import sys
-import tempfile
 import time
-import unittest
 
-import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
@@ -26,39 +22,7 @@ def resident_mb(node):
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
-class Bounds(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(cls.folder, "config.yaml")
-        harness.write_config(cls.config)
-        rospy.init_node("bounds_test")
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    def setUp(self):
-        self.nodes = []
-        self.root = "/" + self.id().rsplit(".", 1)[-1]
-
-    def tearDown(self):
-        for node in self.nodes:
-            if node.process.poll() is None:
-                node.process.send_signal(signal.SIGCONT)
-                node.interrupt()
-
-    def start(self, name, *arguments, **parameters):
-        node = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", *arguments,
-                                  topic_root=self.root, **parameters)
-        self.nodes.append(node)
-        return node
-
-    def publisher(self, topic, kind, subscribers):
-        publisher = rospy.Publisher(self.root + "/" + topic, kind, queue_size=None)
-        self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() >= subscribers), topic)
-        return publisher
-
+class Bounds(harness.NodeTest):
     def feed(self, begin, end, odometry, views):
         """Odometry and views to the pose cells, a thousand at a time."""
         for index in range(begin, end):
@@ -72,16 +36,14 @@ class Bounds(unittest.TestCase):
                 self.assertTrue(harness.wait_until(lambda: len(self.states) >= index + 1, 60.0), len(self.states))
 
     def test_a_subscriber_that_stands_still(self):
-        self.states = []
-        rospy.Subscriber(self.root + "/PoseCell/State", PoseCellState, self.states.append, queue_size=None)
+        self.states = self.collected("PoseCell/State", PoseCellState)
         pose_cells = self.start("ratslam_pc")
         # With an odometry of its own: this test would wait for it as long as it sleeps.
         sleeper = self.start("ratslam_em", f"{self.root}/odom:={self.root}/odom_of_sleeper", sync_timeout=0.5)
-        odometry = self.publisher("odom", Odometry, 1)
-        for_sleeper = self.publisher("odom_of_sleeper", Odometry, 1)
-        views = self.publisher("LocalView/Template", ViewTemplate, 1)
-        poses = []
-        rospy.Subscriber(self.root + "/ExperienceMap/RobotPose", PoseStamped, poses.append, queue_size=None)
+        odometry = self.publisher("odom", Odometry, queue_size=None)
+        for_sleeper = self.publisher("odom_of_sleeper", Odometry, queue_size=None)
+        views = self.publisher("LocalView/Template", ViewTemplate, queue_size=None)
+        poses = self.collected("ExperienceMap/RobotPose", PoseStamped)
         self.feed(0, 1000, (odometry, for_sleeper), views)
         self.assertTrue(harness.wait_until(lambda: len(poses) > 10, 60.0), sleeper.output())
         sleeper.process.send_signal(signal.SIGSTOP)
@@ -101,8 +63,8 @@ class Bounds(unittest.TestCase):
 
     def test_geometry_while_the_pose_cells_are_dead(self):
         node = self.start("ratslam_em", vt_verify="orb")
-        odometry = self.publisher("odom", Odometry, 1)
-        geometry = self.publisher("LocalView/RecallGeometry", RecallGeometry, 1)
+        odometry = self.publisher("odom", Odometry, queue_size=None)
+        geometry = self.publisher("LocalView/RecallGeometry", RecallGeometry, queue_size=None)
         sizes = []
         for index in range(2 * MESSAGES):
             at = harness.START_NS + index * harness.FRAME_PERIOD_NS

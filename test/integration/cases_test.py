@@ -2,19 +2,15 @@
 """Single messages that have ended a node, or taken its memory or its map: each between good ones, and all goes on."""
 import math
 import os
-import shutil
 import struct
 import sys
-import tempfile
 import time
-import unittest
 import zlib
 
-import rospy
 import rostest
 from nav_msgs.msg import Odometry
 from ratslam_ros.msg import PoseCellState, TopologicalAction, TopologicalMap, ViewTemplate
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.msg import CompressedImage, Image
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
@@ -43,48 +39,7 @@ def most_memory_mb(node):
         return next(int(line.split()[1]) / 1024 for line in file if line.startswith("VmHWM"))
 
 
-class Cases(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(cls.folder, "config.yaml")
-        harness.write_config(cls.config)
-        cls.strip = harness.panorama()
-        rospy.init_node("cases_test")
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    def setUp(self):
-        self.nodes = []
-        self.root = "/" + self.id().rsplit(".", 1)[-1]
-
-    def tearDown(self):
-        for node in self.nodes:
-            if node.process.poll() is None:
-                node.process.kill()
-
-    def start(self, name, **parameters):
-        parameters = {"topic_root": self.root, "image_queue_size": 0, **parameters}
-        node = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", **parameters)
-        self.nodes.append(node)
-        return node
-
-    def publisher(self, topic, kind, subscribers=1):
-        publisher = rospy.Publisher(self.root + "/" + topic, kind, queue_size=1000)
-        self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() >= subscribers), topic)
-        return publisher
-
-    def collected(self, topic, kind):
-        messages = []
-        rospy.Subscriber(self.root + "/" + topic, kind, messages.append, queue_size=None)
-        return messages
-
-    def ends_well(self, node):
-        self.assertIsNone(node.process.poll(), node.output())
-        self.assertEqual(node.interrupt(), 0, node.output())
-
+class Cases(harness.NodeTest):
     def between_good_images(self, bad, compressed, complaint):
         """@param bad  a message without a stamp  @return the nodes, which have gone on"""
         base = self.root

@@ -2,11 +2,9 @@
 """A drive that is disturbed as real ones are - a gap, a blind, a frozen, a covered camera, a late image - with the ORB
 odometry: nodes and ratslam_run leave the same map."""
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
-import unittest
 
 import cv2
 import numpy as np

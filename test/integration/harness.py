@@ -2,9 +2,13 @@
 import math
 import os
 import re
+import shutil
+import signal
 import subprocess
+import tempfile
 import threading
 import time
+import unittest
 
 import cv2
 import numpy as np
@@ -13,6 +17,7 @@ import roslib.packages
 import rospkg
 import rospy
 from nav_msgs.msg import Odometry
+from ratslam_ros.msg import ViewTemplate
 from sensor_msgs.msg import CompressedImage, Image
 
 WIDTH, HEIGHT = 160, 60
@@ -73,6 +78,13 @@ def odometry_message(stamp_ns, speed=SPEED, yaw_rate=2.0 * math.pi / (LAP_FRAMES
     message = Odometry()
     message.header.stamp, message.header.frame_id, message.child_frame_id = stamp(stamp_ns), "odom", "base_link"
     message.twist.twist.linear.x, message.twist.twist.angular.z = speed, yaw_rate
+    return message
+
+
+def view_message(index, number=None):
+    """The view of a frame; lap after lap the same ones unless it has a number of its own."""
+    message = ViewTemplate(current_id=index % LAP_FRAMES if number is None else number)
+    message.header.stamp = stamp(frame_stamp(index))
     return message
 
 
@@ -148,7 +160,7 @@ class Process:
     def interrupt(self, timeout=15.0):
         """Ends it as roslaunch would. @return exit code"""
         if self.process.poll() is None:
-            self.process.send_signal(2)
+            self.process.send_signal(signal.SIGINT)
         code = self.ended(timeout)
         if code is None:
             self.process.kill()
@@ -184,3 +196,60 @@ def wait_until(condition, timeout=15.0, step=0.05):
             return True
         time.sleep(step)
     return condition()
+
+
+class NodeTest(unittest.TestCase):
+    """Tests of single nodes, each in a namespace that has the test's name. What still runs at a test's end is ended."""
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node(cls.__name__.lower() + "_test")
+        cls.folder = tempfile.mkdtemp()
+        cls.config = os.path.join(cls.folder, "config.yaml")
+        write_config(cls.config)
+        cls.strip = panorama()
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        self.nodes = []
+        self.root = "/" + self.id().rsplit(".", 1)[-1]
+
+    def tearDown(self):
+        for node in self.nodes:
+            if node.process.poll() is None:
+                node.process.send_signal(signal.SIGCONT)
+                node.interrupt()
+
+    def start(self, name, *arguments, **parameters):
+        """A node that drops no image unless it is told to."""
+        parameters = {"topic_root": self.root, "image_queue_size": 0, **parameters}
+        node = start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", *arguments, **parameters)
+        self.nodes.append(node)
+        return node
+
+    def publisher(self, topic, kind, subscribers=1, queue_size=1000):
+        """A publisher to which so many nodes have connected."""
+        publisher = rospy.Publisher(self.root + "/" + topic, kind, queue_size=queue_size)
+        self.assertTrue(wait_until(lambda: publisher.get_num_connections() >= subscribers), topic)
+        return publisher
+
+    def collected(self, topic, kind, connected=False):
+        """A list that everything on the topic is appended to; `connected`: the node runs already."""
+        messages = []
+        name = topic if topic.startswith("/") else self.root + "/" + topic
+        subscriber = rospy.Subscriber(name, kind, messages.append, queue_size=None)
+        self.assertTrue(not connected or wait_until(lambda: subscriber.get_num_connections() > 0), topic)
+        return messages
+
+    def frame(self, index):
+        return frame(self.strip, index)
+
+    def image(self, index):
+        return image_message(self.frame(index), frame_stamp(index))
+
+    def ends_well(self, node):
+        self.assertIsNone(node.process.poll(), node.output())
+        self.assertEqual(node.interrupt(), 0, node.output())

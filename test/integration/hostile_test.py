@@ -7,11 +7,8 @@ itself, with finite numbers in its files.
 import math
 import os
 import random
-import shutil
 import sys
-import tempfile
 import time
-import unittest
 
 import rospy
 import rostest
@@ -64,20 +61,12 @@ def fill(message, chance, at):
     return message
 
 
-class Hostile(unittest.TestCase):
+class Hostile(harness.NodeTest):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(cls.folder, "config.yaml")
-        harness.write_config(cls.config)
-        cls.strip = harness.panorama()
-        rospy.init_node("hostile_test")
+        super().setUpClass()
         cls.dropped = {}
         cls.diagnostics = rospy.Subscriber("/diagnostics", DiagnosticArray, cls.count, queue_size=None)
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
 
     @classmethod
     def count(cls, message):
@@ -89,50 +78,32 @@ class Hostile(unittest.TestCase):
     def drive(self, node_name, topics, good, output, must_go_on=True, **parameters):
         """Hostile messages on all topics, good ones in between.
         @param topics  (name, type) list  @param good  index -> [(name, message)]  @param output  (name, type), of which messages must come again where it must_go_on"""
-        root = "/" + self.id().rsplit(".", 1)[-1]
         chance = random.Random(f"{node_name} {SEED}")
-        came = []
-        rospy.Subscriber(root + "/" + output[0], output[1], came.append, queue_size=None)
-        node = harness.start_node(node_name, self.config, "__name:=" + root[1:], topic_root=root, image_queue_size=0,
-                                  sync_timeout=1.0, **parameters)
-        publishers = {name: rospy.Publisher(root + "/" + name, kind, queue_size=1000) for name, kind in topics}
-        try:
-            for name, publisher in publishers.items():
-                self.assertTrue(harness.wait_until(lambda p=publisher: p.get_num_connections() > 0), name)
-            for index in range(ROUNDS):
-                at = harness.frame_stamp(index)
-                for name, kind in topics:
-                    publishers[name].publish(fill(kind(), chance, at))
-                for name, message in good(index):
-                    publishers[name].publish(message)
-                time.sleep(0.02)
-            before = len(came)
-            begin = harness.frame_stamp(ROUNDS) + 10**15  # a time that nothing hostile has named
-            for index in range(40):
-                for name, message in good(index):
-                    message.header.stamp = harness.stamp(begin + harness.frame_stamp(index))
-                    publishers[name].publish(message)
-                time.sleep(0.02)
-            goes_on = harness.wait_until(lambda: len(came) > before + 10, 15.0 if must_go_on else 3.0)
-            self.assertTrue(goes_on or not must_go_on, f"{len(came) - before} after\n" + node.output())
-            self.assertIsNone(node.process.poll(), node.output())
-            self.assertEqual(node.interrupt(), 0, node.output())
-            self.assertNotIn("Traceback", node.output())
-            return node, root
-        finally:
-            if node.process.poll() is None:
-                node.process.kill()
-
-    def image(self, index):
-        return harness.image_message(harness.frame(self.strip, index), harness.frame_stamp(index))
+        came = self.collected(*output)
+        node = self.start(node_name, sync_timeout=1.0, **parameters)
+        publishers = {name: self.publisher(name, kind) for name, kind in topics}
+        for index in range(ROUNDS):
+            at = harness.frame_stamp(index)
+            for name, kind in topics:
+                publishers[name].publish(fill(kind(), chance, at))
+            for name, message in good(index):
+                publishers[name].publish(message)
+            time.sleep(0.02)
+        before = len(came)
+        begin = harness.frame_stamp(ROUNDS) + 10**15  # a time that nothing hostile has named
+        for index in range(40):
+            for name, message in good(index):
+                message.header.stamp = harness.stamp(begin + harness.frame_stamp(index))
+                publishers[name].publish(message)
+            time.sleep(0.02)
+        goes_on = harness.wait_until(lambda: len(came) > before + 10, 15.0 if must_go_on else 3.0)
+        self.assertTrue(goes_on or not must_go_on, f"{len(came) - before} after\n" + node.output())
+        self.ends_well(node)
+        self.assertNotIn("Traceback", node.output())
+        return node
 
     def odometry(self, index):
         return harness.odometry_message(harness.frame_stamp(index))
-
-    def view(self, index):
-        message = ViewTemplate(current_id=index % harness.LAP_FRAMES)
-        message.header.stamp = harness.stamp(harness.frame_stamp(index))
-        return message
 
     def test_local_view(self):
         self.drive("ratslam_lv", [("camera/image", Image)], lambda i: [("camera/image", self.image(i))],
@@ -140,7 +111,7 @@ class Hostile(unittest.TestCase):
 
     def test_local_view_compressed(self):
         self.drive("ratslam_lv", [("camera/image/compressed", CompressedImage)],
-                   lambda i: [("camera/image/compressed", harness.compressed_message(harness.frame(self.strip, i), harness.frame_stamp(i)))],
+                   lambda i: [("camera/image/compressed", harness.compressed_message(self.frame(i), harness.frame_stamp(i)))],
                    ("LocalView/Template", ViewTemplate), image_transport="compressed")
 
     def test_local_view_that_verifies(self):
@@ -160,11 +131,11 @@ class Hostile(unittest.TestCase):
                    lambda i: [("camera/camera_info", info), ("camera/image", self.image(i))], ("odom", Odometry))
 
     def test_pose_cells(self):
-        _, root = self.drive("ratslam_pc", [("odom", Odometry), ("odom_quality", OdometryQuality), ("LocalView/Template", ViewTemplate)],
-                             lambda i: [("odom", self.odometry(i)), ("LocalView/Template", self.view(i))],
+        self.drive("ratslam_pc", [("odom", Odometry), ("odom_quality", OdometryQuality), ("LocalView/Template", ViewTemplate)],
+                             lambda i: [("odom", self.odometry(i)), ("LocalView/Template", harness.view_message(i))],
                              ("PoseCell/State", PoseCellState))
         for topic in ("odom_quality", "LocalView/Template"):
-            self.assertGreater(self.dropped.get(f"{root}/{topic}", 0), 0, self.dropped)
+            self.assertGreater(self.dropped.get(f"{self.root}/{topic}", 0), 0, self.dropped)
 
     def test_map(self):
         prefix = os.path.join(self.folder, "hostile")
@@ -175,7 +146,7 @@ class Hostile(unittest.TestCase):
             message.header.stamp = harness.stamp(harness.frame_stamp(index))
             return message
 
-        node, root = self.drive(
+        node = self.drive(
             "ratslam_em",
             [("odom", Odometry), ("odom_quality", OdometryQuality), ("PoseCell/State", PoseCellState),
              ("PoseCell/TopologicalAction", TopologicalAction), ("LocalView/RecallGeometry", RecallGeometry),
@@ -183,7 +154,7 @@ class Hostile(unittest.TestCase):
             lambda i: [("odom", self.odometry(i)), ("PoseCell/State", action(i))],
             ("ExperienceMap/RobotPose", PoseStamped), must_go_on=False, vt_verify="orb", trajectory_file=prefix)
         for topic in ("odom_quality", "PoseCell/State", "ExperienceMap/SetGoalPose"):
-            self.assertGreater(self.dropped.get(f"{root}/{topic}", 0), 0, self.dropped)
+            self.assertGreater(self.dropped.get(f"{self.root}/{topic}", 0), 0, self.dropped)
         for name in (prefix + "_online.tum", prefix + "_final.tum"):
             with open(name, encoding="ascii") as file:
                 rows = [[float(word) for word in line.split()] for line in file]

@@ -2,11 +2,8 @@
 """The experience map node alone, fed by hand: what it makes of decisions, and what it tells the world."""
 import math
 import os
-import shutil
 import signal
 import sys
-import tempfile
-import unittest
 
 import rospy
 import rostest
@@ -25,42 +22,21 @@ CREATE, LINK = TopologicalAction.CREATE_NODE, TopologicalAction.CREATE_EDGE
 STEPS = [(CREATE, 0, 0), (CREATE, 0, 1), (CREATE, 1, 2), (CREATE, 2, 3), (LINK, 3, 0)]
 
 
-class Map(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        rospy.init_node("map_test")
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
+class Map(harness.NodeTest):
     def setUp(self):
-        self.name = self.id().rsplit(".", 1)[-1]
-        self.root = "/" + self.name
-        self.node = None
+        super().setUp()
+        self.name = self.root[1:]
         self.received = {}
-
-    def tearDown(self):
-        if self.node:
-            self.node.interrupt()
 
     def start(self, **parameters):
         self.trajectory = os.path.join(self.folder, self.name)
         self.node = harness.start_node("ratslam_em", f"__name:=em_{self.name}", topic_root=self.root, map_period=0.0,
                                        exp_initial_em_deg=0.0, trajectory_file=self.trajectory, **parameters)
+        self.nodes.append(self.node)
 
     def listen(self, topic, kind):
-        messages = self.received.setdefault(topic, [])
-        name = topic if topic.startswith("/") else self.root + "/" + topic
-        subscriber = rospy.Subscriber(name, kind, messages.append, queue_size=None)
-        self.assertTrue(harness.wait_until(lambda: subscriber.get_num_connections() > 0), topic)
-        return messages
-
-    def publisher(self, topic, kind):
-        publisher = rospy.Publisher(self.root + "/" + topic, kind, queue_size=1000)
-        self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() > 0), topic)
-        return publisher
+        self.received[topic] = self.collected(topic, kind, connected=True)
+        return self.received[topic]
 
     def drive(self, odometry, decide):
         """Round the square, 1 s a side at 4 m/s, turning at the corners."""

@@ -10,7 +10,7 @@ import numpy as np
 import rosbag
 import rospy
 from nav_msgs.msg import Odometry
-from ratslam_ros.msg import OdometryQuality, PoseCellState, ViewTemplate
+from ratslam_ros.msg import PoseCellState, ViewTemplate
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import CameraInfo, CompressedImage
 
