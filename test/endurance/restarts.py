@@ -14,9 +14,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..
 
 MAP_NODES = ("ratslam_lv", "ratslam_pc", "ratslam_em")
 #         odometry, nodes, whether without checkpoints as well
-CASES = [("external", [name], True) for name in MAP_NODES[:2]] + [
-    ("external", ["ratslam_em"], False), ("external", list(MAP_NODES), False), ("profile", ["ratslam_vo"], False),
-    ("orb", ["ratslam_orb_vo"], False)]
+CASES = [("external", [name], True) for name in MAP_NODES] + [
+    ("external", list(MAP_NODES), False), ("profile", ["ratslam_vo"], False), ("orb", ["ratslam_orb_vo"], False)]
 
 
 def main():

@@ -89,6 +89,13 @@ class Restarts(unittest.TestCase):
         self.check(chain, moments=2)
         self.assertEqual(chain.nodes["ratslam_em"].count("the pose cells started again"), 1)
 
+    def test_experience_map_without_checkpoints(self):
+        chain = self.restarted(["ratslam_em"], checkpoints=False)
+        poses = self.check(chain)
+        self.assertGreater(poses, len(self.town.frames) - BACK - 10, "the map that began anew is left")
+        for words in ("map_dir is not set: experience_map starts without memory", "an experience that this map does not"):
+            self.assertEqual(chain.nodes["ratslam_em"].count(words), 1, chain.words())
+
     def test_profile_odometry(self):
         self.check(self.restarted(["ratslam_vo"], "profile"), "profile")
 

@@ -54,9 +54,8 @@ class Services(unittest.TestCase):
     def start(self, *names, **parameters):
         for name in names:
             own = {"wait_for_subscribers": 1} if name != "ratslam_em" else {"trajectory_file": self.folder + "/paths/run"}
-            self.nodes.append(harness.start_node(
-                name, self.config, f"__name:={name}_{self.name}", topic_root=self.root, image_queue_size=0, map_period=0.0,
-                map_dir=self.map_dir, **own, **parameters))
+            own = {"topic_root": self.root, "image_queue_size": 0, "map_period": 0.0, "map_dir": self.map_dir, **own, **parameters}
+            self.nodes.append(harness.start_node(name, self.config, f"__name:={name}_{self.name}", **own))
         wanted = 2 if "ratslam_pc" in names else 1
         self.assertTrue(harness.wait_until(lambda: self.odometry.get_num_connections() == wanted and (
             wanted == 1 or self.images.get_num_connections() == 1), 30.0), self.words())
@@ -158,6 +157,28 @@ class Services(unittest.TestCase):
         self.assertFalse(os.path.exists(os.path.join(self.folder, "secret.db")))
         self.drive(10)  # nothing has happened to the nodes
 
+    def test_without_a_folder_nothing_is_kept_and_everybody_says_so(self):
+        self.start("ratslam_em", "ratslam_pc", "ratslam_lv", map_dir="", autosave_period=2.0)
+        for node in self.nodes:
+            self.assertEqual(node.count("map_dir is not set: .* starts without memory, and what it learns ends with"), 1, node.output())
+            self.assertEqual(node.count("autosave_period = 2 has no effect: map_dir is not set"), 1, node.output())
+        self.drive(30)
+        for service in ("SaveMap", "LoadMap"):
+            for path in ("", "lap.db", os.path.join(self.folder, "lap.db")):
+                self.refused("map_dir is not set", service, MapPath, path)
+        self.done("Reset", Trigger)
+        self.done("LocaliseOnly", SetBool, True)
+        self.done("LocaliseOnly", SetBool, False)
+        self.assertFalse([name for _, _, names in os.walk(self.folder) for name in names if ".db" in name])
+
+    def test_a_part_without_a_folder_is_named(self):
+        self.start("ratslam_em")
+        self.start("ratslam_pc", "ratslam_lv", map_dir="")
+        self.drive(30)
+        self.refused("local_view: the parameter map_dir is not set", "SaveMap", MapPath, "")
+        self.refused("local_view: the parameter map_dir is not set", "SaveMap", MapPath, "lap.db")
+        self.assertFalse(os.path.exists(os.path.join(self.map_dir, "lap.db")))
+
     def checkpoint(self):
         self.done("SaveMap", MapPath, "")
         return "local_view.a.db"
@@ -198,6 +219,7 @@ class Services(unittest.TestCase):
         self.drive(60, turned=True)
         self.assertEqual(self.experiences(), known)
         self.assertGreater(len(self.poses), poses + 80)
+        self.refused("local_view: nothing is learned (localise_only)", "SaveMap", MapPath, "")
         self.assertEqual({name: os.path.getmtime(os.path.join(self.map_dir, name)) for name in os.listdir(self.map_dir)}, contents)
         self.done("LocaliseOnly", SetBool, False)
         self.drive(60, turned=True)

@@ -44,12 +44,14 @@ class PartCheckpoints {
 
   /// To be called before a message is taken in; takes a checkpoint if one is due.
   void before(Stamp message, const Save& save);
+  /// Why saveNow writes nothing: there is no folder, it stays as it is, no message has come; none where it writes.
+  std::optional<std::string> whyNothingIsSaved() const;
   /// Takes a checkpoint now, at the newest stamp seen, and waits until it is written.
   /// @throws std::runtime_error naming file and cause
   void saveNow(const Save& save);
 
   /// Writes the part's share of a map to a file of its own.
-  /// @throws std::runtime_error naming file and cause; logic_error where there is no folder
+  /// @throws std::runtime_error naming file and cause, or saying that there is no folder, or nothing to save
   void saveTo(const std::string& path, const Save& save) const;
   /// The part's share of a map file: of this part alone, or of all of them.
   /// @throws std::runtime_error where it cannot be used: missing, damaged, of other parameters, without this part

@@ -15,6 +15,8 @@ namespace ratslam {
 namespace {
 
 constexpr std::array<const char*, 2> kTurns{".a.db", ".b.db"};
+constexpr const char* kNoFolder = "the parameter map_dir is not set: no checkpoints are kept";
+constexpr const char* kNothingYet = "there is nothing to save yet";
 
 std::string secondsText(Stamp stamp) {
   const std::string nanoseconds = std::to_string(1'000'000'000 + stamp % 1'000'000'000).substr(1);
@@ -178,15 +180,24 @@ void PartCheckpoints::before(Stamp message, const Save& save) {
   impl_->hand(impl_->take(message / period * period, save));
 }
 
+std::optional<std::string> PartCheckpoints::whyNothingIsSaved() const {
+  if (!impl_) return kNoFolder;
+  if (impl_->settings.read_only) return "nothing is learned (localise_only): checkpoints stay as they are";
+  if (!impl_->newest) return kNothingYet;
+  return std::nullopt;
+}
+
 void PartCheckpoints::saveNow(const Save& save) {
-  if (!impl_ || impl_->settings.read_only || !impl_->newest) return;
+  if (whyNothingIsSaved()) return;
   impl_->hand(impl_->take(*impl_->newest, save));
   impl_->waitUntilWritten();
   if (const auto why = takeFailure()) throw std::runtime_error(*why);
 }
 
 void PartCheckpoints::saveTo(const std::string& path, const Save& save) const {
-  if (!impl_ || !impl_->newest) throw std::runtime_error(settings_.part + ": there is nothing to save yet");
+  if (!impl_ || !impl_->newest) {
+    throw std::runtime_error(settings_.part + ": " + (impl_ ? kNothingYet : kNoFolder));
+  }
   const MapLock lock(path);
   MapWriter(path).save(impl_->take(*impl_->newest, save));
 }

@@ -2,6 +2,8 @@
 
 #include <ros/console.h>
 
+#include <cmath>
+
 namespace ratslam {
 
 CheckpointSettings NodeCheckpoints::settings(const NodeParams& params, const std::string& part,
@@ -17,7 +19,15 @@ CheckpointSettings NodeCheckpoints::settings(const NodeParams& params, const std
 
 NodeCheckpoints::NodeCheckpoints(const NodeParams& params, const std::string& part,
                                  const std::map<std::string, std::string>& parameters)
-    : checkpoints_(settings(params, part, parameters)) {}
+    : checkpoints_(settings(params, part, parameters)) {
+  if (checkpoints_.enabled()) return;
+  ROS_INFO("map_dir is not set: %s starts without memory, and what it learns ends with this node",
+           part.c_str());
+  if (std::abs(params.autosave_period - NodeParams().autosave_period) > 0.0) {
+    ROS_WARN("autosave_period = %g has no effect: map_dir is not set, no checkpoints are kept",
+             params.autosave_period);
+  }
+}
 
 std::optional<State> NodeCheckpoints::resume() {
   return checkpoints_.resume([](const std::string& line) { ROS_WARN("%s", line.c_str()); });

@@ -32,6 +32,7 @@ void PartCommands::run(const Request& request) {
   PartCheckpoints& files = checkpoints_.files();
   switch (request.command) {
     case Request::CHECKPOINT:
+      if (const auto why = files.whyNothingIsSaved()) throw std::runtime_error(part() + ": " + *why);
       files.saveNow(actions_.save);
       break;
     case Request::SAVE:

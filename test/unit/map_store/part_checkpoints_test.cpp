@@ -161,6 +161,22 @@ TEST_F(Counting, KeepsTheLastGoodCheckpointWhereTheDiskIsFull) {
   EXPECT_EQ(resumed(), 9) << "there is room again";
 }
 
+TEST_F(Counting, SaysWhyNothingIsSaved) {
+  {
+    PartCheckpoints checkpoints(settings_);
+    EXPECT_NE(checkpoints.whyNothingIsSaved().value_or("").find("nothing to save yet"), std::string::npos);
+    checkpoints.before(kSecond, [](State&) {});
+    EXPECT_FALSE(checkpoints.whyNothingIsSaved());
+    checkpoints.setReadOnly(true);
+    EXPECT_NE(checkpoints.whyNothingIsSaved().value_or("").find("localise_only"), std::string::npos);
+  }
+  settings_.folder.clear();
+  PartCheckpoints checkpoints(settings_);
+  checkpoints.before(kSecond, [](State&) {});
+  EXPECT_NE(checkpoints.whyNothingIsSaved().value_or("").find("map_dir is not set"), std::string::npos);
+  EXPECT_THROW(checkpoints.saveTo("/tmp/never.db", [](State&) {}), std::runtime_error);
+}
+
 TEST_F(Counting, HasOneWriter) {
   const PartCheckpoints first(settings_);
   EXPECT_THROW(PartCheckpoints second(settings_), std::runtime_error);
