@@ -128,13 +128,13 @@ OfflineRun::OfflineRun(const RunOptions& options)
   log_ = std::make_unique<RunLog>(options.out);
   if (!options.load_map.empty()) loadMap(kind);
   pipeline_->setLearning(!options.localise_only);
-  if (!options.save_map.empty()) {
-    map_lock_ = std::make_unique<MapLock>(options.save_map);
-    map_writer_ = std::make_unique<MapWriter>(options.save_map);
-  }
   if (!options.video.empty()) {
     video_ =
         std::make_unique<RunVideo>(options.video, params_.odometry.of<ProfileOdometryParams>().camera_hz);
+  }
+  if (!options.save_map.empty()) {  // last: whatever is refused before leaves no map without content
+    map_lock_ = std::make_unique<MapLock>(options.save_map);
+    map_writer_ = std::make_unique<MapWriter>(options.save_map);
   }
 }
 
@@ -216,7 +216,7 @@ bool OfflineRun::run() {
   finish(decoding_seconds);
   sayWhatWasLeft();
   const bool empty = nothingCameOfIt();
-  return failure.empty() && !empty && kept;
+  return failure.empty() && !empty && kept && !snapshotsAreMissing();
 }
 
 void OfflineRun::addImage(const DecodedImage& image) {
@@ -287,6 +287,14 @@ bool OfflineRun::nothingCameOfIt() const {
     return true;
   }
   return false;
+}
+
+bool OfflineRun::snapshotsAreMissing() const {
+  // Whoever goes on in a saved map may still come to the later times.
+  if (stopRequested() || !options_.save_map.empty()) return false;
+  const auto complaint = snapshots_.complaint();
+  if (complaint) say(*complaint);
+  return complaint.has_value();
 }
 
 }  // namespace ratslam

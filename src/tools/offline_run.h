@@ -38,6 +38,8 @@ class OfflineRun {
   void finish(double decoding_seconds);
   void sayWhatWasLeft() const;
   bool nothingCameOfIt() const;
+  /// @return whether pose cells were asked for at times that the drive has not, which has been said
+  bool snapshotsAreMissing() const;
   bool wanted() const;
   std::size_t totalFrames() const;
 

@@ -248,3 +248,22 @@ def test_options_that_would_do_nothing_are_refused(program, short, tmp_path):
         assert refused.returncode == 1, refused.stdout
         assert said in refused.stdout and refused.stdout.count("\n") == 1, refused.stdout
         assert len(refused.stdout) < 500
+
+
+def test_pose_cells_at_times_that_the_drive_has_not_are_no_success(program, short, tmp_path):
+    late = run(program, short, tmp_path / "out", "--pose-cells-at", "1,1000")
+    assert late.returncode == 1
+    assert "--pose-cells-at: value 1000: the last decision is 2.9 s after the first; 1 of the 2" in late.stdout
+    assert set(os.listdir(tmp_path / "out")) == OUTPUTS, "what there is is written"
+    going_on = run(program, short, tmp_path / "out", "--pose-cells-at", "1,1000", "--save-map", tmp_path / "a.map")
+    assert going_on.returncode == 0, "the run that goes on may still come to it"
+
+
+def test_a_run_that_is_refused_leaves_no_trace_of_its_map(program, short, tmp_path):
+    (tmp_path / "no.map").write_text("text")
+    for words in (["--save-map", tmp_path / "new.map", "--video", "/nowhere/run.mp4"], ["--save-map", tmp_path / "no.map"]):
+        refused = run(program, short, tmp_path / "out", *words)
+        assert refused.returncode == 1 and refused.stdout.count("\n") == 1, refused.stdout
+        assert set(os.listdir(tmp_path)) <= {"no.map", "out"}
+    assert run(program, short, tmp_path / "out", "--save-map", tmp_path / "new.map").returncode == 0
+    assert set(os.listdir(tmp_path)) == {"no.map", "out", "new.map"}

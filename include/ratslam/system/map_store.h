@@ -63,7 +63,7 @@ MapCheckpoint loadMapFile(const std::string& path);
 /// Held by the one program that writes to a map; the system lets go of it however that program ends.
 class MapLock {
  public:
-  /// @param map a file; FILE.lock beside it is what is locked.
+  /// @param map a file; FILE.lock beside it is what is locked. It is gone when the lock is.
   /// @throws std::runtime_error where another program holds it, or the folder cannot be written
   explicit MapLock(const std::string& map);
   ~MapLock();
@@ -71,6 +71,7 @@ class MapLock {
   MapLock& operator=(const MapLock&) = delete;
 
  private:
+  std::string path_;
   int file_ = -1;
 };
 

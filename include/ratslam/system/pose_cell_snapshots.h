@@ -1,6 +1,7 @@
 /// The pose cells' activity at chosen moments of a run, kept for pictures drawn later.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,8 @@ class PoseCellSnapshots {
   void follow(const Pipeline::Progress& progress, const PoseCells& cells);
 
   std::size_t size() const { return snapshots_.size(); }
+  /// What is to be said where the drive ended before a time that was asked for.
+  std::optional<std::string> complaint() const;
 
   /// The moments are the caller's; what was kept at those that have passed is saved.
   void save(State& state) const;
@@ -52,6 +55,7 @@ class PoseCellSnapshots {
   std::size_t next_ = 0;  ///< of the moments
   std::size_t decisions_ = 0;
   Stamp start_ = 0;
+  Stamp last_ = 0;  ///< of the decisions
 };
 
 }  // namespace ratslam

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -32,6 +33,14 @@ std::uint64_t checkpointDigest(const MapCheckpoint& checkpoint) {
     add(std::to_string(session.first_stamp) + ' ' + std::to_string(session.last_stamp));
   }
   return digest;
+}
+
+/// Whether a path still leads to an opened file.
+bool isFile(int file, const std::string& path) {
+  struct stat opened {};
+  struct stat there {};
+  return ::fstat(file, &opened) == 0 && ::stat(path.c_str(), &there) == 0 && opened.st_ino == there.st_ino &&
+         opened.st_dev == there.st_dev;
 }
 
 /// Version of the tables of an opened file. @throws std::runtime_error where it is no map file, or newer
@@ -91,17 +100,23 @@ void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
   }
 }
 
-MapLock::MapLock(const std::string& map) {
-  const std::string path = map + ".lock";
-  file_ = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-  if (file_ < 0) throw std::runtime_error(map + ": cannot write beside it: " + std::strerror(errno));
-  if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-    ::close(file_);
-    throw std::runtime_error(map + ": another program writes to it; one map has one writer");
-  }
+MapLock::MapLock(const std::string& map) : path_(map + ".lock") {
+  // Whoever held it may have removed the file after it was opened here: a lock on it would keep nobody out.
+  do {
+    if (file_ >= 0) ::close(file_);
+    file_ = ::open(path_.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+    if (file_ < 0) throw std::runtime_error(map + ": cannot write beside it: " + std::strerror(errno));
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+      ::close(file_);
+      throw std::runtime_error(map + ": another program writes to it; one map has one writer");
+    }
+  } while (!isFile(file_, path_));
 }
 
-MapLock::~MapLock() { ::close(file_); }
+MapLock::~MapLock() {
+  ::unlink(path_.c_str());  // while it is held, so that nobody else's is removed
+  ::close(file_);
+}
 
 MapCheckpoint loadMapFile(const std::string& path) {
   SqliteDatabase database(path, SqliteDatabase::Access::kRead);

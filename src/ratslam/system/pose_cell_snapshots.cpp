@@ -1,5 +1,7 @@
 #include "ratslam/system/pose_cell_snapshots.h"
 
+#include <sstream>
+
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/common/state.h"
 #include "ratslam/common/text_file.h"
@@ -53,10 +55,12 @@ void PoseCellSnapshots::load(const State& state, const PoseCells& cells) {
   next_ = state.get<std::uint64_t>("next");
   decisions_ = state.get<std::uint64_t>("decisions");
   state.get("start", start_);
+  last_ = start_;
 }
 
 bool PoseCellSnapshots::momentPasses(Stamp stamp) {
   if (decisions_ == 0) start_ = stamp;
+  last_ = stamp;
   const std::size_t number = decisions_++;
   const std::size_t before = next_;
   while (next_ < moments_.times.size() && secondsBetween(start_, stamp) >= moments_.times[next_]) ++next_;
@@ -70,6 +74,15 @@ void PoseCellSnapshots::follow(const Pipeline::Progress& progress, const PoseCel
     if (momentPasses(decision.view.stamp)) due = true;
   }
   if (due) snapshots_.push_back({progress.decisions.back().view.stamp, cells.activity()});
+}
+
+std::optional<std::string> PoseCellSnapshots::complaint() const {
+  if (next_ >= moments_.times.size()) return std::nullopt;
+  std::ostringstream text;
+  text << "--pose-cells-at: value " << moments_.times[next_] << ": the last decision is "
+       << secondsBetween(start_, last_) << " s after the first; " << moments_.times.size() - next_
+       << " of the " << moments_.times.size() << " times lie behind it";
+  return text.str();
 }
 
 void PoseCellSnapshots::write(const std::string& path) const {

@@ -4,11 +4,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <random>
+#include <thread>
 
 namespace ratslam {
 namespace {
@@ -123,9 +125,34 @@ TEST_F(MapStore, ReadsFromAFolderThatCannotBeWritten) {
 }
 
 TEST_F(MapStore, HasOneWriter) {
-  const MapLock first(path());
-  EXPECT_NE(messageOf([&] { MapLock second(path()); }).find("another program writes to it"),
-            std::string::npos);
+  {
+    const MapLock first(path());
+    EXPECT_NE(messageOf([&] { MapLock second(path()); }).find("another program writes to it"),
+              std::string::npos);
+    EXPECT_NE(messageOf([&] { MapLock third(path()); }).find("another program writes to it"),
+              std::string::npos);
+  }
+  EXPECT_TRUE(fs::is_empty(folder_)) << "a lock that is let go leaves nothing behind";
+  EXPECT_NO_THROW(MapLock again(path()));
+}
+
+TEST_F(MapStore, HasOneWriterAlsoWhileLocksComeAndGo) {
+  std::atomic<int> holders{0};
+  std::atomic<bool> alone{true};
+  const auto work = [&] {
+    for (int i = 0; i < 2000; ++i) {
+      try {
+        const MapLock lock(path());
+        if (++holders > 1) alone = false;
+        --holders;
+      } catch (const std::runtime_error&) {  // the others have it
+      }
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 3; ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_TRUE(alone);
 }
 
 TEST_F(MapStore, RefusesWhatIsNoMapFile) {

@@ -59,6 +59,24 @@ TEST(PoseCellSnapshots, AreTakenAtTheTimesAskedForAndHoldAllActivity) {
   for (const auto& [stamp, sum] : sums) EXPECT_NEAR(sum, 1.0, 1e-3) << stamp;
 }
 
+TEST(PoseCellSnapshots, TimesBehindTheEndOfTheDriveAreNamed) {
+  PoseCellSnapshots snapshots(SnapshotMoments::fromTimes("0.5,2,100"));
+  const PoseCells cells{PoseCellParams{}};
+  const auto decideAt = [&](Stamp stamp) {
+    Pipeline::Progress progress;
+    progress.decisions.emplace_back();
+    progress.decisions.back().view.stamp = stamp;
+    snapshots.follow(progress, cells);
+  };
+  decideAt(5000000000);
+  decideAt(6500000000);
+  EXPECT_EQ(
+      snapshots.complaint(),
+      "--pose-cells-at: value 2: the last decision is 1.5 s after the first; 2 of the 3 times lie behind it");
+  decideAt(200000000000);
+  EXPECT_EQ(snapshots.complaint(), std::nullopt);
+}
+
 TEST(PoseCellSnapshots, AreSpreadEvenlyAndEndWithTheDrive) {
   const auto sums = sumsOf(fileOf(SnapshotMoments::evenly(3, kFrames)));
   ASSERT_EQ(sums.size(), 3U);
