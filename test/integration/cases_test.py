@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Single messages that have ended a node, or taken its memory or its map: each between good ones, and all goes on."""
+import io
 import math
 import os
 import struct
@@ -9,7 +10,7 @@ import zlib
 
 import rostest
 from nav_msgs.msg import Odometry
-from ratslam_ros.msg import PoseCellState, TopologicalAction, TopologicalMap, ViewTemplate
+from ratslam_ros.msg import OdometryQuality, PoseCellState, TopologicalAction, TopologicalMap, ViewTemplate
 from sensor_msgs.msg import CompressedImage, Image
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -32,6 +33,25 @@ def png_of_a_gigabyte():
     packed = b"".join(packer.compress(rows) for _ in range(side // 64)) + packer.flush()
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)) + chunk(b"IDAT", packed)
             + chunk(b"IEND", b""))
+
+
+class Claim:
+    """A message whose last array claims to be as long as a machine's memory. `behind`: bytes from its length to the end"""
+    behind = 0
+
+    def serialize(self, buff):
+        whole = io.BytesIO()
+        super().serialize(whole)
+        at = len(whole.getvalue()) - self.behind
+        buff.write(whole.getvalue()[:at] + struct.pack("<I", 0xFFFFFFF0) + whole.getvalue()[at + 4:])
+
+
+class ImageThatClaims(Claim, Image):
+    behind = 4 + 44
+
+
+class QualityThatClaims(Claim, OdometryQuality):
+    behind = 4
 
 
 def most_memory_mb(node):
@@ -64,6 +84,26 @@ class Cases(harness.NodeTest):
     def test_a_step_that_wraps_at_32_bits(self):
         bad = Image(height=60, width=160, encoding="mono8", step=71582789, data=bytes(44))
         self.assertEqual(len(list(self.between_good_images(bad, False, "image skipped: malformed image: 160x60"))), 3)
+
+    def test_a_length_for_which_there_are_no_bytes(self):
+        bad = ImageThatClaims(height=60, width=160, encoding="mono8", step=160, data=bytes(44))
+        for node in self.between_good_images(bad, False, "image skipped: the lengths that it names do not fit into its"):
+            self.assertLess(most_memory_mb(node), 300.0)
+        node = self.start("ratslam_pc", sync_timeout=1.0)
+        states = self.collected("PoseCell/State", PoseCellState, connected=True)
+        odometry = self.publisher("odom", Odometry)
+        quality = self.publisher("odom_quality", OdometryQuality)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        quality.publish(QualityThatClaims())
+        self.assertTrue(node.said("odom_quality: message dropped: the lengths that it names do not fit into its"), node.output())
+        for index in range(10):
+            view = ViewTemplate(current_id=index)
+            view.header.stamp = harness.stamp(harness.frame_stamp(index))
+            odometry.publish(harness.odometry_message(harness.frame_stamp(index)))
+            views.publish(view)
+        self.assertTrue(harness.wait_until(lambda: len(states) == 10), node.output())
+        self.assertLess(most_memory_mb(node), 300.0)
+        self.ends_well(node)
 
     def test_a_medical_image(self):
         bad = CompressedImage(format="jpeg", data=bytes(128) + b"DICM")

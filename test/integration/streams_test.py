@@ -300,6 +300,23 @@ class Streams(harness.NodeTest):
         self.assertTrue(harness.wait_until(lambda: len(odometry) >= 1), node.output())
         self.assertEqual(odometry[0].header.stamp, harness.stamp(harness.frame_stamp(0)))
 
+    def test_a_calibration_of_another_size_is_said_and_the_right_one_taken_when_it_comes(self):
+        node = self.start("ratslam_orb_vo")
+        odometry = self.collected("odom", Odometry, connected=True)
+        infos = self.publisher("camera/camera_info", CameraInfo)
+        infos.publish(CameraInfo(width=640, height=480, K=[500.0, 0, 320, 0, 500.0, 240, 0, 0, 1]))
+        images = self.publisher("camera/image", Image)
+        for index in range(5):
+            images.publish(self.image(index))
+        self.assertTrue(node.said(r"camera_info holds no usable calibration: it is for images of 640x480, they are of 160x60"),
+                        node.output())
+        infos.publish(CameraInfo(width=harness.WIDTH, height=harness.HEIGHT, K=[46.0, 0, 80, 0, 46.0, 30, 0, 0, 1]))
+        self.assertTrue(harness.wait_until(lambda: len(odometry) == 5), node.output())
+        infos.publish(CameraInfo(width=640, height=480, K=[500.0, 0, 320, 0, 500.0, 240, 0, 0, 1]))
+        images.publish(harness.image_message(np.zeros((480, 640), np.uint8), harness.frame_stamp(5)))
+        images.publish(self.image(6))
+        self.assertTrue(harness.wait_until(lambda: len(odometry) == 6), node.output())
+
     def test_stream_that_never_comes_is_named_with_what_looks_like_it(self):
         elsewhere = rospy.Publisher("/wheels" + self.root, Odometry, queue_size=1)
         node = self.start("ratslam_pc")

@@ -31,6 +31,8 @@ struct ParameterChange {
 std::set<std::string> changeableKeys(const LocalViewParams&);
 std::set<std::string> changeableKeys(const PoseCellParams&);
 std::set<std::string> changeableKeys(const ExperienceMapParams&);
+/// Whether the key is one of them.
+bool isChangeable(const std::string& key);
 
 /// A model of a stage, and the parameters that it gets as its events reach their stamps.
 template <class Params>

@@ -17,6 +17,9 @@ class RecallCheck : public RecallVerifier {
   ViewEvent observe(LocalViewCells& cells, Stamp stamp, const View& view, const cv::Mat& image,
                     const ViewMotion& motion, RecallGeometry& geometry);
 
+  /// @throws std::invalid_argument for an image whose size is not the camera's
+  void requireSize(const cv::Mat& image) const { estimator_.requireSize(image); }
+
   std::optional<RecallGeometry> verify(Stamp stamp, const cv::Mat& image, std::uint32_t view_id) override {
     return estimator_.verify(stamp, image, view_id);
   }

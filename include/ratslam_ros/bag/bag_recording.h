@@ -42,7 +42,8 @@ class BagRecording : public Recording {
   std::optional<CameraModel> camera() const override;
 
  private:
-  cv::Size firstImageSize() const;
+  /// Of the first images that can be read, the most frequent size first; one that is empty where none can.
+  std::vector<cv::Size> firstImageSizes() const;
   void readQualities();
 
   std::string path_;

@@ -1,13 +1,14 @@
 /// Images for models that need to know their camera.
 ///
-/// A calibration among the parameters (camera_fx ...) comes before camera/camera_info. Without either the
-/// images wait, and a warning says how to supply one.
+/// A calibration among the parameters (camera_fx ...) comes before camera/camera_info, of which the first usable one for
+/// images of the size that comes counts. Without either the images wait, and a warning says how to supply one.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
 
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "ratslam/camera/camera_params.h"
 #include "ratslam/common/parameter_map.h"
@@ -33,11 +34,17 @@ class CalibratedImages {
 
  private:
   void onCameraInfo(const sensor_msgs::CameraInfo& message);
+  void onWaitingImage(const RecordedImage& image);
+  /// Begins with the first calibration that fits the newest image, where there are both.
+  void chooseCamera();
+  void sayUnusable(const std::string& why);
 
   ros::NodeHandle handle_;
   std::optional<CameraModel> configured_;
   CameraHandler on_camera_;
   bool ready_ = false;
+  std::vector<sensor_msgs::CameraInfo> infos_;  ///< before it is ready: the first of each size
+  std::optional<RecordedImage> newest_;         ///< of the images that wait
   ImageSubscriber images_;
   StreamWatch camera_info_watch_;
   ros::Subscriber camera_info_subscriber_;

@@ -14,9 +14,9 @@ namespace ratslam {
 bool isRectifiedTopic(const std::string& image_topic);
 
 /// @param rectified   the images are rectified: their camera is P, which has no lens; else K and D
-/// @param image_size  of the images [px], for messages without one; a message that holds P alone is of rectified
-///                    images
-/// @throws std::invalid_argument where the message holds no usable calibration
+/// @param image_size  of the images [px], where it is known: that of the message must be the same, unless it has none;
+///                    a message that holds P alone is of rectified images
+/// @throws std::invalid_argument where the message holds no usable calibration, or one for images of another size
 CameraModel cameraFromMessage(const sensor_msgs::CameraInfo& message, bool rectified = false,
                               const cv::Size& image_size = {});
 

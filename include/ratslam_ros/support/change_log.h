@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ratslam/system/parameter_changes.h"
+#include "ratslam_ros/support/message_guard.h"
 
 namespace ratslam {
 
@@ -20,6 +21,7 @@ class ChangeLog {
 
  private:
   std::vector<ParameterChange> changes_;
+  MessageGuard guard_;
   ros::Subscriber subscriber_;
 };
 

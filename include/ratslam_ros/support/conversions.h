@@ -12,7 +12,9 @@
 #include "ratslam/common/pose2.h"
 #include "ratslam/events.h"
 #include "ratslam/odometry/odometry.h"
+#include "ratslam/system/parameter_changes.h"
 #include "ratslam_ros/OdometryQuality.h"
+#include "ratslam_ros/ParameterChange.h"
 #include "ratslam_ros/PoseCellState.h"
 #include "ratslam_ros/RecallGeometry.h"
 #include "ratslam_ros/TopologicalAction.h"
@@ -55,6 +57,9 @@ TopologicalAction actionFromMessage(const ratslam_ros::PoseCellState& message);
 
 RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message);
 ratslam_ros::RecallGeometry geometryToMessage(const RecallGeometry& geometry);
+
+/// @throws std::runtime_error where it is no number, or for a parameter that cannot change
+ParameterChange changeFromMessage(const ratslam_ros::ParameterChange& message);
 
 geometry_msgs::Quaternion yawToMessage(double yaw_rad);
 geometry_msgs::Quaternion quaternionToMessage(const Eigen::Quaterniond& rotation);

@@ -44,9 +44,15 @@ class ImageSubscriber {
   void start();
   StreamWatch& watch() { return watch_; }
 
-  /// Until release() the images wait, still encoded.
-  void hold() { queue_.hold(); }
-  void release() { queue_.release(); }
+  /// Until release() the images wait, still encoded; `on_arrival` gets each.
+  void hold(std::function<void(const RecordedImage&)> on_arrival) {
+    on_arrival_ = std::move(on_arrival);
+    queue_.hold();
+  }
+  void release() {
+    on_arrival_ = nullptr;
+    queue_.release();
+  }
   bool somethingWaits() const { return queue_.waiting() > 0; }
 
   /// What later images are compared with.
@@ -75,6 +81,7 @@ class ImageSubscriber {
   std::string topic_;
   ImageLimits limits_;
   Handler handler_;
+  std::function<void(const RecordedImage&)> on_arrival_;  ///< while images are held
   std::array<CountedWarning, kImageEvents> warnings_;
   ImageStage stage_;
   StreamWatch watch_;

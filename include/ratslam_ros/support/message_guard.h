@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 
+#include "ratslam_ros/support/checked_subscription.h"
 #include "ratslam_ros/support/counted_warning.h"
 #include "ratslam_ros/support/send_queue.h"
 
@@ -33,13 +34,16 @@ class MessageGuard {
   ros::Subscriber subscribe(ros::NodeHandle& handle, const std::string& topic, std::uint32_t queue_size,
                             Handler handler) {
     using Event = ros::MessageEvent<const Message>;
-    const boost::function<void(const Event&)> callback = [this, name = handle.resolveName(topic), handler,
-                                                          bounded = queue_size > 0](const Event& event) {
+    const std::string name = handle.resolveName(topic);
+    const auto callback = [this, name, handler, bounded = queue_size > 0](const Event& event) {
       const Message& message = *event.getConstMessage();
       if (!bounded) number(name, event.getPublisherName(), message.header.seq);
       run(name, [&] { handler(message); });
     };
-    return handle.subscribe<Message>(topic, queue_size, callback);
+    const auto refused = [this, name](const std::string& why) {
+      run(name, [&] { throw std::runtime_error(why); });
+    };
+    return subscribeChecked<Message>(handle, topic, queue_size, callback, refused);
   }
 
   /// Counts of messages dropped, to /diagnostics from here on. @param part  of the node, as diagnostics name it

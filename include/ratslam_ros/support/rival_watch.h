@@ -11,6 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "ratslam_ros/support/checked_subscription.h"
+#include "ratslam_ros/support/counted_warning.h"
+
 namespace ratslam {
 
 class RivalWatch {
@@ -27,6 +30,7 @@ class RivalWatch {
 
   std::string odometry_topic_;
   std::map<std::string, std::set<std::string>> broadcasters_;  ///< by child frame
+  CountedWarning damaged_;
   std::vector<ros::Subscriber> subscribers_;
   ros::WallTimer timer_;
 };

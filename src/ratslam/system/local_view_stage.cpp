@@ -86,6 +86,7 @@ void LocalViewStage::joinOldest() {
 
 EventVerdict LocalViewStage::addFrame(const ImageFrame& frame) {
   if (needsCamera()) throw std::logic_error("recalls are to be verified before the camera is known");
+  if (recall_check_) recall_check_->requireSize(frame.image);
   if (frame.begins_anew) cells_.acceptAnotherSize();
   WaitingView waiting;
   waiting.stamp = frame.stamp;

@@ -42,6 +42,12 @@ std::set<std::string> changeableKeys(const ExperienceMapParams&) {
   return {"exp_correction", "exp_loops", "exp_recall_kernel", "exp_goal_radius", "exp_goal_timeout"};
 }
 
+bool isChangeable(const std::string& key) {
+  return changeableKeys(LocalViewParams()).count(key) + changeableKeys(PoseCellParams()).count(key) +
+             changeableKeys(ExperienceMapParams()).count(key) >
+         0;
+}
+
 std::vector<ParameterChange> readParameterChanges(const std::string& path) {
   std::vector<ParameterChange> changes;
   for (const TextLine& line : readLines(path)) {

@@ -1,7 +1,5 @@
 #include "ratslam_ros/bag/bag_check.h"
 
-#include <ros/serialization.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -137,49 +135,8 @@ class Checker {
   bool packed_ = false;
 };
 
-/// Walks over a serialised message. Once something did not fit, nothing does.
-class Walk {
- public:
-  explicit Walk(const std::vector<std::uint8_t>& bytes) : bytes_(bytes) {}
-
-  Walk& skip(std::uint64_t count) {
-    fits_ = fits_ && at_ + count <= bytes_.size();
-    if (fits_) at_ += count;
-    return *this;
-  }
-  /// An array, or a string, of elements of `element` bytes.
-  Walk& array(std::uint64_t element) {
-    const std::uint64_t at = at_;
-    skip(4);
-    std::uint32_t count = 0;
-    if (fits_) std::memcpy(&count, bytes_.data() + at, sizeof count);
-    return skip(count * element);
-  }
-  Walk& header() { return skip(12).array(1); }
-  bool fits() const { return fits_; }
-
- private:
-  const std::vector<std::uint8_t>& bytes_;
-  std::uint64_t at_ = 0;
-  bool fits_ = true;
-};
-
 }  // namespace
 
 void checkBagRecords(const std::string& path) { Checker(path).run(); }
-
-bool lengthsFit(const rosbag::MessageInstance& message) {
-  const std::string type = message.getDataType();
-  const bool known = type == "sensor_msgs/Image" || type == "sensor_msgs/CompressedImage" ||
-                     type == "sensor_msgs/CameraInfo";
-  if (!known) return true;
-  std::vector<std::uint8_t> bytes(message.size());
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  message.write(stream);
-  Walk walk(bytes);
-  if (type == "sensor_msgs/Image") return walk.header().skip(8).array(1).skip(5).array(1).fits();
-  if (type == "sensor_msgs/CompressedImage") return walk.header().array(1).array(1).fits();
-  return walk.header().skip(8).array(1).array(8).fits();
-}
 
 }  // namespace ratslam

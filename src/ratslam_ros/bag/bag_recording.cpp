@@ -11,6 +11,7 @@
 #include "ratslam/common/text_file.h"
 #include "ratslam_ros/bag/bag_check.h"
 #include "ratslam_ros/support/camera_info.h"
+#include "ratslam_ros/support/checked_stream.h"
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/image_decoding.h"
 
@@ -116,10 +117,15 @@ std::string choose(const std::string& path, const TopicTypes& types, const std::
 /// The message, none where its bytes are no message of its type.
 template <class Message>
 boost::shared_ptr<Message> messageIn(const rosbag::MessageInstance& instance) {
-  if (!lengthsFit(instance)) return nullptr;
+  if (!instance.isType<Message>()) return nullptr;
+  std::vector<std::uint8_t> bytes(instance.size());
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  instance.write(stream);
   try {
-    return instance.instantiate<Message>();
-  } catch (const ros::Exception&) {
+    auto message = boost::make_shared<Message>();
+    readChecked(bytes.data(), static_cast<std::uint32_t>(bytes.size()), *message);
+    return message;
+  } catch (const ros::serialization::StreamOverrunException&) {
     return nullptr;
   }
 }
@@ -188,15 +194,16 @@ std::optional<CameraModel> BagRecording::camera() const {
   requireDefinition<sensor_msgs::CameraInfo>(bag_, path_, topic);
   rosbag::View view(bag_, rosbag::TopicQuery(topic));
   std::string reason;
+  const std::vector<cv::Size> sizes = view.size() > 0 ? firstImageSizes() : std::vector<cv::Size>();
   for (const rosbag::MessageInstance& instance : view) {
     const auto message = messageIn<sensor_msgs::CameraInfo>(instance);
     if (!message) continue;
-    try {
-      const bool sized = message->width > 0 && message->height > 0;
-      return cameraFromMessage(*message, isRectifiedTopic(topics_.images),
-                               sized ? cv::Size() : firstImageSize());
-    } catch (const std::invalid_argument& e) {
-      if (reason.empty()) reason = e.what();
+    for (const cv::Size& size : sizes) {
+      try {
+        return cameraFromMessage(*message, isRectifiedTopic(topics_.images), size);
+      } catch (const std::invalid_argument& e) {
+        if (reason.empty()) reason = e.what();
+      }
     }
   }
   if (view.size() == 0) return std::nullopt;
@@ -204,19 +211,23 @@ std::optional<CameraModel> BagRecording::camera() const {
                            (reason.empty() ? "its messages are damaged or of another type" : reason));
 }
 
-cv::Size BagRecording::firstImageSize() const {
+std::vector<cv::Size> BagRecording::firstImageSizes() const {
+  constexpr std::size_t kLookedAt = 10;  // the very first may be an odd one
   rosbag::View view(bag_, rosbag::TopicQuery(topics_.images));
+  std::vector<cv::Size> sizes;
   for (const rosbag::MessageInstance& instance : view) {
+    if (sizes.size() == kLookedAt) break;
     const bool raw = instance.getDataType() == kImage;
     const RecordedImage image = raw ? imageIn<sensor_msgs::Image>(instance, limits_)
                                     : imageIn<sensor_msgs::CompressedImage>(instance, limits_);
-    try {
-      const cv::Size size = image.decode().size();
-      if (!size.empty()) return size;
-    } catch (const std::exception&) {  // the next one may be whole
-    }
+    const cv::Size size = decodeNow(image).image.size();
+    if (!size.empty()) sizes.push_back(size);  // else the next one may be whole
   }
-  return {};
+  if (sizes.empty()) return {cv::Size()};
+  const auto count = [all = sizes](const cv::Size& size) { return std::count(all.begin(), all.end(), size); };
+  std::stable_sort(sizes.begin(), sizes.end(),
+                   [&](const cv::Size& a, const cv::Size& b) { return count(a) > count(b); });
+  return sizes;
 }
 
 std::optional<RecordedItem> BagRecording::next() {

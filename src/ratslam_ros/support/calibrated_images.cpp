@@ -1,6 +1,9 @@
 #include "ratslam_ros/support/calibrated_images.h"
 
+#include <algorithm>
+
 #include "ratslam_ros/support/camera_info.h"
+#include "ratslam_ros/support/checked_subscription.h"
 #include "ratslam_ros/support/node_parameters.h"
 
 namespace ratslam {
@@ -40,30 +43,66 @@ void CalibratedImages::start() {
   if (on_camera_ && configured_) on_camera_(*configured_);
   ready_ = !on_camera_ || configured_;
   if (!ready_) {
-    images_.hold();
+    images_.hold([this](const RecordedImage& image) { onWaitingImage(image); });
     camera_info_watch_.start();
-    camera_info_subscriber_ = handle_.subscribe<sensor_msgs::CameraInfo>(
-        camera_info_watch_.topic(), 10, [this](const sensor_msgs::CameraInfoConstPtr& message) {
+    camera_info_subscriber_ = subscribeChecked<sensor_msgs::CameraInfo>(
+        handle_, camera_info_watch_.topic(), 10,
+        [this](const ros::MessageEvent<const sensor_msgs::CameraInfo>& event) {
           camera_info_watch_.messageArrived();
-          if (!ready_) onCameraInfo(*message);
-        });
+          if (!ready_) onCameraInfo(*event.getConstMessage());
+        },
+        [this](const std::string& why) { sayUnusable(why); });
   }
   images_.start();
 }
 
 void CalibratedImages::onCameraInfo(const sensor_msgs::CameraInfo& message) {
+  constexpr std::size_t kMostSizes = 16;  // a camera has a few
+  const auto same_size = [&message](const sensor_msgs::CameraInfo& info) {
+    return info.width == message.width && info.height == message.height;
+  };
+  if (infos_.size() >= kMostSizes || std::any_of(infos_.begin(), infos_.end(), same_size)) return;
   try {
-    const CameraModel camera = cameraFromMessage(message, isRectifiedTopic(topic()));
-    const auto doubt = camera.doubt();
-    if (doubt) ROS_WARN("%s: %s", camera_info_watch_.topic().c_str(), doubt->c_str());
-    on_camera_(camera);
+    const bool sized = message.width > 0 && message.height > 0;
+    if (sized) cameraFromMessage(message, isRectifiedTopic(topic()));
+    infos_.push_back(message);
   } catch (const std::invalid_argument& e) {
-    no_calibration_.report(camera_info_watch_.topic() + " holds no usable calibration: " + e.what() +
-                           kHowToCalibrate);
-    return;
+    sayUnusable(e.what());
   }
-  ready_ = true;
+  chooseCamera();
+}
+
+void CalibratedImages::onWaitingImage(const RecordedImage& image) {
+  newest_ = image;
+  chooseCamera();
+}
+
+void CalibratedImages::chooseCamera() {
+  if (!newest_ || infos_.empty()) return;
+  const cv::Size size = decodeNow(*newest_).image.size();
+  if (size.empty()) return;  // another one will come
+  std::string reason;
+  for (const sensor_msgs::CameraInfo& info : infos_) {
+    try {
+      const CameraModel camera = cameraFromMessage(info, isRectifiedTopic(topic()), size);
+      const auto doubt = camera.doubt();
+      if (doubt) ROS_WARN("%s: %s", camera_info_watch_.topic().c_str(), doubt->c_str());
+      on_camera_(camera);
+      ready_ = true;
+      break;
+    } catch (const std::invalid_argument& e) {
+      reason = e.what();
+    }
+  }
+  if (!ready_) return sayUnusable(reason);
+  infos_.clear();
+  newest_.reset();
   images_.release();
+}
+
+void CalibratedImages::sayUnusable(const std::string& why) {
+  no_calibration_.report(camera_info_watch_.topic() + " holds no usable calibration: " + why +
+                         kHowToCalibrate);
 }
 
 void CalibratedImages::warnIfSomethingNeverCame() {

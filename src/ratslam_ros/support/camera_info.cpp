@@ -32,7 +32,13 @@ CameraModel cameraFromMessage(const sensor_msgs::CameraInfo& message, bool recti
   camera.cx = by_p ? message.P[2] : message.K[2];
   camera.cy = by_p ? message.P[6] : message.K[5];
   const bool lens = !rectified && !by_p;
-  return makeCamera(camera, message.distortion_model, lens ? message.D : std::vector<double>{});
+  CameraModel made = makeCamera(camera, message.distortion_model, lens ? message.D : std::vector<double>{});
+  if (!image_size.empty() && cv::Size(made.width, made.height) != image_size) {
+    throw std::invalid_argument("it is for images of " + std::to_string(made.width) + "x" +
+                                std::to_string(made.height) + ", they are of " +
+                                std::to_string(image_size.width) + "x" + std::to_string(image_size.height));
+  }
+  return made;
 }
 
 }  // namespace ratslam

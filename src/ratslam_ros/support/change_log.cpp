@@ -11,9 +11,9 @@
 namespace ratslam {
 
 ChangeLog::ChangeLog(ros::NodeHandle handle, const std::string& topic)
-    : subscriber_(handle.subscribe<ratslam_ros::ParameterChange>(
-          topic, 0, [this](const ratslam_ros::ParameterChangeConstPtr& message) {
-            changes_.push_back({stampFromRos(message->header.stamp), message->name, message->value});
+    : subscriber_(guard_.subscribe<ratslam_ros::ParameterChange>(
+          handle, topic, 0, [this](const ratslam_ros::ParameterChange& message) {
+            changes_.push_back(changeFromMessage(message));
           })) {}
 
 void ChangeLog::write(const std::string& file) const {

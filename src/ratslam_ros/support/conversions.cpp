@@ -8,6 +8,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "ratslam/common/text_file.h"
+#include "ratslam/dataset/csv.h"
+
 namespace ratslam {
 namespace {
 
@@ -238,6 +241,15 @@ ratslam_ros::RecallGeometry geometryToMessage(const RecallGeometry& geometry) {
   message.distance_ratio = geometry.distance_ratio;
   message.sigma_ratio = geometry.sigma_ratio;
   return message;
+}
+
+ParameterChange changeFromMessage(const ratslam_ros::ParameterChange& message) {
+  double number = 0.0;
+  if (!isChangeable(message.name) || !parseNumber(message.value, number)) {
+    throw std::runtime_error("'" + shown(message.name) + " = " + shown(message.value) +
+                             "' is no number for a parameter that can change in the middle of a drive");
+  }
+  return {stampFromRos(message.header.stamp), message.name, message.value};
 }
 
 geometry_msgs::Quaternion yawToMessage(double yaw_rad) {

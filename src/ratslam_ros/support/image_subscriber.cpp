@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "ratslam_ros/support/checked_subscription.h"
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/image_decoding.h"
 
@@ -41,19 +42,29 @@ void ImageSubscriber::start() {
 template <class Message>
 void ImageSubscriber::subscribe() {
   // The subscription itself has no bound: what waits is bounded, counted and reported here.
-  subscriber_ =
-      handle_.subscribe<Message>(topic_, 0, [this](const boost::shared_ptr<const Message>& message) {
-        Waiting waiting{message->header, {}, ros::WallTime::now(), ros::Time::now()};
-        if (stamps_by_arrival_) waiting.header.stamp = waiting.arrived_ros;
-        waiting.image = recordedImage(message, topic_, stampFromRos(waiting.header.stamp), limits_);
-        push(waiting);
-      });
+  const auto callback = [this](const ros::MessageEvent<const Message>& event) {
+    const boost::shared_ptr<const Message> message = event.getConstMessage();
+    Waiting waiting{message->header, {}, ros::WallTime::now(), ros::Time::now()};
+    if (stamps_by_arrival_) waiting.header.stamp = waiting.arrived_ros;
+    waiting.image = recordedImage(message, topic_, stampFromRos(waiting.header.stamp), limits_);
+    push(waiting);
+  };
+  const auto refused = [this](const std::string& why) {
+    Waiting waiting{{}, {}, ros::WallTime::now(), ros::Time::now()};
+    waiting.header.stamp = waiting.arrived_ros;
+    waiting.image.stamp = stampFromRos(waiting.header.stamp);
+    waiting.image.name = topic_;
+    waiting.image.decode = [why]() -> cv::Mat { throw BadImage(why); };
+    push(waiting);
+  };
+  subscriber_ = subscribeChecked<Message>(handle_, topic_, 0, callback, refused);
 }
 
 void ImageSubscriber::push(const Waiting& waiting) {
   watch_.messageArrived();
   const std::size_t dropped = queue_.push(waiting);
   traffic_.dropped += dropped;
+  if (const auto on_arrival = on_arrival_) on_arrival(waiting.image);  // which may end the hold
   if (dropped == 0) return;
   char text[160];
   std::snprintf(text, sizeof(text),

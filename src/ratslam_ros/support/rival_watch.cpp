@@ -44,9 +44,12 @@ RivalWatch::RivalWatch(const ros::NodeHandle& handle, std::string odometry_topic
     : odometry_topic_(std::move(odometry_topic)) {
   ros::NodeHandle nodes(handle);
   for (const char* topic : {"/tf", "/tf_static"}) {
-    boost::function<void(const ros::MessageEvent<tf2_msgs::TFMessage const>&)> callback =
-        [this](const ros::MessageEvent<tf2_msgs::TFMessage const>& event) { onTransforms(event); };
-    subscribers_.push_back(nodes.subscribe<tf2_msgs::TFMessage>(topic, 100, callback));
+    subscribers_.push_back(subscribeChecked<tf2_msgs::TFMessage>(
+        nodes, topic, 100,
+        [this](const ros::MessageEvent<tf2_msgs::TFMessage const>& event) { onTransforms(event); },
+        [this, topic](const std::string& why) {
+          damaged_.report(std::string(topic) + ": message dropped: " + why);
+        }));
   }
   timer_ = nodes.createWallTimer(kPeriod, [this](const ros::WallTimerEvent&) { checkOdometry(); });
 }

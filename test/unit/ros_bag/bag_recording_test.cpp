@@ -30,12 +30,14 @@ class BagRecordingTest : public ::testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  static void writeImage(rosbag::Bag& bag, const std::string& topic, double at) {
+  static void writeImage(rosbag::Bag& bag, const std::string& topic, double at, std::uint32_t width = 4,
+                         std::uint32_t height = 4) {
     sensor_msgs::Image message;
     message.header.stamp = ros::Time(at);
-    message.width = message.height = message.step = 4;
+    message.width = message.step = width;
+    message.height = height;
     message.encoding = "mono8";
-    message.data.assign(16, static_cast<std::uint8_t>(at));
+    message.data.assign(std::size_t{width} * height, static_cast<std::uint8_t>(at));
     bag.write(topic, ros::Time(at), message);
   }
 
@@ -281,7 +283,8 @@ TEST_F(BagRecordingTest, TheFirstUsableCalibrationCounts) {
                                const std::vector<sensor_msgs::CameraInfo>& infos) {
     const std::string name = path("camera.bag");
     rosbag::Bag bag(name, rosbag::bagmode::Write);
-    writeImage(bag, "/camera/" + image_topic, 1.0);
+    writeImage(bag, "/camera/" + image_topic, 1.0);  // an odd one, as at the start of a stream
+    for (const double at : {2.0, 3.0}) writeImage(bag, "/camera/" + image_topic, at, 60, 40);
     for (const sensor_msgs::CameraInfo& info : infos) bag.write("/camera/camera_info", ros::Time(1.0), info);
     bag.close();
     return name;
@@ -302,12 +305,19 @@ TEST_F(BagRecordingTest, TheFirstUsableCalibrationCounts) {
   EXPECT_EQ(rectified->model, LensModel::kNone);
   const auto by_p = BagRecording(recorded("image", {only_p}), BagTopics()).camera();
   EXPECT_EQ(by_p->fy, 46.0);
-  EXPECT_GT(by_p->width, 0) << "the size is that of the images";
+  EXPECT_EQ(by_p->width, 60) << "the size is that of the images";
   whole.distortion_model = "equidistant";
   whole.D = {0.1, 0.0, 0.0, 0.0, 0.0};
   EXPECT_EQ(BagRecording(recorded("image", {whole}), BagTopics()).camera()->coefficients.size(), 4U);
   const BagRecording none(recorded("image", {zero, zero}), BagTopics());
   expectParts(messageOf([&] { none.camera(); }), {"camera.bag: /camera/camera_info", "all zero"});
+  sensor_msgs::CameraInfo of_another_size = whole;
+  of_another_size.width = 640;
+  of_another_size.K[0] = 500.0;
+  EXPECT_EQ(BagRecording(recorded("image", {of_another_size, whole}), BagTopics()).camera()->fx, 50.0);
+  const BagRecording other(recorded("image", {of_another_size}), BagTopics());
+  expectParts(messageOf([&] { other.camera(); }),
+              {"camera.bag: /camera/camera_info", "for images of 640x40"});
 }
 
 }  // namespace

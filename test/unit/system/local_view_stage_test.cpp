@@ -40,5 +40,46 @@ TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
   EXPECT_EQ(stage.drain().size(), 1U);
 }
 
+TEST(LocalViewStage, ImagesOfAnotherSizeThanTheCalibrationsAreRefusedAndHarmNothing) {
+  RecallGeometryParams recall;
+  recall.verify = "orb";
+  LocalViewParams params;
+  params.view_template.x_size = 60;
+  params.view_template.y_size = 10;
+  LocalViewStage stage(params, recall);
+  CameraModel camera;
+  camera.width = 320;
+  camera.height = 240;
+  camera.fx = camera.fy = 300.0;
+  camera.cx = 160.0;
+  camera.cy = 120.0;
+  stage.setCamera(camera);
+  ImageFrame frame;
+  const auto add = [&](const cv::Size& size, bool begins_anew) {
+    frame.stamp += kSecond;
+    frame.begins_anew = begins_anew;
+    frame.image = cv::Mat(size, CV_8UC1);
+    cv::randu(frame.image, 0, 255);
+    stage.addFrame(frame);
+    return stage.drain();
+  };
+  EXPECT_EQ(add({320, 240}, false).size(), 1U);
+  for (const bool begins_anew :
+       {false, true}) {  // also where a camera that was set anew sends them from now on
+    try {
+      add({160, 120}, begins_anew);
+      FAIL();
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(
+          std::string(error.what())
+              .find("image size: value 160x120 is not allowed: the camera's calibration is for 320x240"),
+          std::string::npos)
+          << error.what();
+    }
+  }
+  EXPECT_EQ(stage.cells().size(), 1U);
+  EXPECT_EQ(add({320, 240}, true).size(), 1U);
+}
+
 }  // namespace
 }  // namespace ratslam

@@ -52,8 +52,7 @@ class RecallGeometryEstimator {
 
   /// Told of every image, in order; the last ones serve as companions of templates. Keeps a copy, computes
   /// nothing. A stamp before the last one forgets the images before it.
-  /// @throws std::invalid_argument for an empty image, an unknown pixel format or a size unlike the first
-  /// image's
+  /// @throws std::invalid_argument for an empty image, an unknown pixel format or a size unlike the camera's
   void frame(Stamp stamp, const cv::Mat& image);
 
   /// Told of every learned template and its image. @throws std::invalid_argument as frame()
@@ -63,6 +62,9 @@ class RecallGeometryEstimator {
   /// unknown geometry with inliers = 0 (see above). `distance` is never set: only odometry knows it.
   /// @throws std::invalid_argument as frame()
   std::optional<RecallGeometry> verify(Stamp stamp, const cv::Mat& image, std::uint32_t view_id);
+
+  /// @throws std::invalid_argument for an image whose size is not the camera's
+  void requireSize(const cv::Mat& image) const;
 
   std::size_t templates() const { return templates_.size(); }
   /// Bytes that the stored templates take.
@@ -125,7 +127,6 @@ class RecallGeometryEstimator {
   RecallGeometryParams params_;
   CameraModel camera_;
   bool active_;
-  cv::Size image_size_;
   std::deque<Frame> ring_;
   std::map<std::uint32_t, Template> templates_;
 };

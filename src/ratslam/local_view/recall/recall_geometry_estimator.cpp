@@ -100,14 +100,16 @@ RecallGeometryEstimator::RecallGeometryEstimator(const RecallGeometryParams& par
   if (active_) camera_.validate();
 }
 
+void RecallGeometryEstimator::requireSize(const cv::Mat& image) const {
+  if (image.cols == camera_.width && image.rows == camera_.height) return;
+  throwBadValue("image size", std::to_string(image.cols) + "x" + std::to_string(image.rows),
+                "the camera's calibration is for " + std::to_string(camera_.width) + "x" +
+                    std::to_string(camera_.height));
+}
+
 RecallGeometryEstimator::Frame& RecallGeometryEstimator::present(Stamp stamp, const cv::Mat& image) {
+  requireSize(image);
   cv::Mat grey = recallGrey(image);
-  if (image_size_.empty()) image_size_ = grey.size();
-  if (grey.size() != image_size_) {
-    throwBadValue("image", std::to_string(grey.cols) + " x " + std::to_string(grey.rows),
-                  "it must have the first image's size of " + std::to_string(image_size_.width) + " x " +
-                      std::to_string(image_size_.height) + " pixels");
-  }
   if (!ring_.empty() && stamp < ring_.back().stamp) ring_.clear();
   if (!ring_.empty() && stamp == ring_.back().stamp) {
     Frame& last = ring_.back();

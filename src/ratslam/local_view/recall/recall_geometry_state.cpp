@@ -50,7 +50,7 @@ void RecallGeometryEstimator::Template::load(const State& state) {
 
 void RecallGeometryEstimator::save(State& state) const {
   state.setVersion(kStateVersion);
-  state.set("image_size", std::array<int, 2>{image_size_.width, image_size_.height});
+  state.set("image_size", std::array<int, 2>{camera_.width, camera_.height});
   state.setEach("frames", std::vector<Frame>(ring_.begin(), ring_.end()));
   std::vector<std::uint32_t> ids;
   State& templates = state.child("templates");
@@ -73,8 +73,6 @@ void RecallGeometryEstimator::load(const State& state) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     templates[ids[i]].load(state.child("templates").child(std::to_string(i)));
   }
-  const auto size = state.get<std::array<int, 2>>("image_size");
-  image_size_ = cv::Size(size[0], size[1]);
   ring_ = std::move(ring);
   templates_ = std::move(templates);
 }
