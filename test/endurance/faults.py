@@ -40,17 +40,20 @@ class Drive(threading.Thread):
     def __init__(self, harness, rospy):
         super().__init__(daemon=True)
         from nav_msgs.msg import Odometry
-        from sensor_msgs.msg import Image
+        from sensor_msgs.msg import CameraInfo, Image
         self.harness = harness
         self.strip = harness.panorama()
         self.images = rospy.Publisher("/faults/camera/image", Image, queue_size=10)
         self.odometry = rospy.Publisher("/faults/odom", Odometry, queue_size=10)
+        self.infos = rospy.Publisher("/faults/camera/camera_info", CameraInfo, queue_size=10)
+        self.info = self.camera = CameraInfo(width=harness.WIDTH, height=harness.HEIGHT, K=[46.0, 0, 80, 0, 46.0, 30, 0, 0, 1])
+        self.other_camera = CameraInfo(width=640, height=480, K=[500.0, 0, 320, 0, 500.0, 240, 0, 0, 1])
         self.shift_ns = 0
         self.image_shift_ns = 0
         self.without_odometry = False
         self.without_images = False
         self.size = None
-        self.late_s = {"images": 0.0, "odometry": 0.0}  # how long messages are under way
+        self.late_s = {"images": 0.0, "odometry": 0.0, "infos": 0.0}  # how long messages are under way
         self.under_way = collections.deque()
         self.ended = False
 
@@ -70,6 +73,9 @@ class Drive(threading.Thread):
             if not self.without_odometry:
                 self.send("odometry", self.harness.odometry_message(at - 50000000))
                 self.send("odometry", self.harness.odometry_message(at))
+            if self.info:
+                self.info.header.stamp = self.harness.stamp(at + self.image_shift_ns)
+                self.send("infos", self.info)
             if not self.without_images:
                 at += self.image_shift_ns
                 pixels = self.harness.frame(self.strip, index)
@@ -82,8 +88,9 @@ class Drive(threading.Thread):
 class Chain:
     """The nodes of a trial and their master."""
 
-    def __init__(self, harness, folder, port):
+    def __init__(self, harness, folder, port, **parameters):
         self.harness = harness
+        self.parameters = parameters
         self.trajectory = os.path.join(folder, "run")
         self.map_dir = os.path.join(folder, "map")
         os.makedirs(self.map_dir, exist_ok=True)
@@ -93,7 +100,8 @@ class Chain:
         self.nodes = {name: self.started(name) for name in NODES}
 
     def started(self, name):
-        parameters = {"topic_root": "/faults", "sync_timeout": 2.0, "map_dir": self.map_dir, "autosave_period": 1.0}
+        parameters = {"topic_root": "/faults", "sync_timeout": 2.0, "map_dir": self.map_dir, "autosave_period": 1.0,
+                      **self.parameters}
         if name == "ratslam_em":
             parameters["trajectory_file"] = self.trajectory
         return self.harness.start_node(name, self.config, **parameters)
@@ -181,6 +189,28 @@ def other_size(chain, drive, node, seconds):
     drive.size = None
 
 
+def no_camera_info(chain, drive, node, seconds):
+    """Of those about camera_info: whoever has a camera needs none any more, so the one that does is started again."""
+    drive.info = None
+    restart(chain, drive, "ratslam_lv", seconds)
+    time.sleep(seconds)
+    drive.info = drive.camera
+
+
+def other_camera_info(chain, drive, node, seconds):
+    drive.info = drive.other_camera
+    restart(chain, drive, "ratslam_lv", seconds)
+    if not chain.nodes["ratslam_lv"].said("no usable calibration: it is for images of 640x480, they are of 160x60"):
+        raise AssertionError("ratslam_lv did not say that the calibration is of another size")
+    drive.info = drive.camera
+
+
+def late_camera_info(chain, drive, node, seconds):
+    drive.late_s["infos"] = 1.5
+    restart(chain, drive, "ratslam_lv", seconds)
+    late(drive, "infos")
+
+
 def late_odometry(chain, drive, node, seconds):
     late(drive, "odometry")
 
@@ -258,8 +288,10 @@ def listener(topic, kind, caller):
 
 FAULTS = {"kill": kill, "stop": stop, "restart": restart, "clock_back": clock_back, "clock_ahead": clock_ahead, "camera_clock_back": camera_clock_back,
           "no_odometry": no_odometry, "no_images": no_images, "other_size": other_size, "late_odometry": late_odometry,
-          "late_images": late_images, "disk_full": disk_full, "subscribers": subscribers, "master": None}
+          "late_images": late_images, "no_camera_info": no_camera_info, "other_camera_info": other_camera_info,
+          "late_camera_info": late_camera_info, "disk_full": disk_full, "subscribers": subscribers, "master": None}
 OF_A_NODE = ("kill", "stop", "restart")
+WITH_CAMERA = ("no_camera_info", "other_camera_info", "late_camera_info")  # recalls are verified
 
 
 def trial(fault, node, seed, seconds):
@@ -282,7 +314,7 @@ def trial(fault, node, seed, seconds):
         if fault == "disk_full":  # a small disk of its own
             os.mkdir(os.path.join(folder, "map"))
             subprocess.run(["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", os.path.join(folder, "map")], check=True)
-        chain = Chain(harness, folder, port)
+        chain = Chain(harness, folder, port, **({"vt_verify": "orb"} if fault in WITH_CAMERA else {}))
         drive = Drive(harness, rospy)
         drive.start()
         try:

@@ -6,6 +6,7 @@
 #include "ratslam/system/pose_cell_stage.h"
 #include "ratslam_ros/bag/bag_recording.h"
 #include "ratslam_ros/support/camera_info.h"
+#include "ratslam_ros/support/checked_stream.h"
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/image_decoding.h"
 #include "target.h"
@@ -78,30 +79,11 @@ bool fromWire(const Bytes& bytes, Message& message) {
   if (bytes.empty()) return false;
   Bytes copy = bytes;
   try {
-    ros::serialization::IStream stream(copy.data(), static_cast<std::uint32_t>(copy.size()));
-    ros::serialization::deserialize(stream, message);
+    readChecked(copy.data(), static_cast<std::uint32_t>(copy.size()), message);
     return true;
-  } catch (const std::exception&) {
-    return false;  // ROS drops it, or has no memory for the length it names
+  } catch (const ros::serialization::StreamOverrunException&) {
+    return false;  // the subscription drops it
   }
-}
-
-/// Whether the bytes of a quality hold what its arrays claim. ROS would make them first and find out then; no sender that
-/// speaks through ROS makes such bytes.
-bool arraysFit(const Bytes& bytes) {
-  constexpr std::size_t kBeforeName = 12;
-  constexpr std::size_t kAfterName = 382;
-  std::size_t at = kBeforeName;
-  const auto skipArray = [&](std::size_t element) {
-    std::uint32_t count = 0;
-    if (at + sizeof count > bytes.size()) return false;
-    std::memcpy(&count, bytes.data() + at, sizeof count);
-    at += sizeof count + count * element;
-    return at <= bytes.size();
-  };
-  if (!skipArray(1)) return false;
-  at += kAfterName;
-  return skipArray(8) && skipArray(56);
 }
 
 void events(const Bytes& input) {
@@ -120,7 +102,7 @@ void events(const Bytes& input) {
       ratslam_ros::RecallGeometry geometry;
       if (kind >= 240) {
         ratslam_ros::OdometryQuality heard;
-        if (!arraysFit(bytes) || !fromWire(bytes, heard)) return;
+        if (!fromWire(bytes, heard)) return;
         requireUsable(heard);
         quality = heard;
       } else if (kind % 5 == 0 && fromWire(bytes, odometry)) {

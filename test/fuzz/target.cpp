@@ -25,6 +25,7 @@ Target findTarget(const std::string& name) {
 }
 
 void mayRefuse(const std::function<void()>& action) {
+  constexpr std::size_t kLongest = 1000;
   std::string said;
   try {
     action();
@@ -37,7 +38,9 @@ void mayRefuse(const std::function<void()>& action) {
   // The standard library's own words (stod, stoll) say nothing to a user.
   const std::string last = said.substr(said.rfind(' ') + 1);
   const bool of_library = last.size() < 6 && last.compare(0, 3, "sto") == 0;
-  const bool clear = said.size() > 8 && said.find('\n') == std::string::npos && !of_library;
+  const bool printable = std::none_of(said.begin(), said.end(),
+                                      [](char letter) { return static_cast<unsigned char>(letter) < 0x20; });
+  const bool clear = said.size() > 8 && said.size() < kLongest && printable && !of_library;
   if (!clear) std::fprintf(stderr, "refused with: '%s'\n", said.c_str());
   require(clear, "a refusal is one line that says what is wrong");
 }

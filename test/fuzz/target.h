@@ -38,7 +38,7 @@ Target plantedFault();
 Target findTarget(const std::string& name);
 
 /// Runs something that may refuse its input by std::runtime_error or std::invalid_argument.
-/// Aborts, with the reason, where the refusal is not one line of text.
+/// Aborts, with the reason, where the refusal is not one short line of text that can be printed.
 void mayRefuse(const std::function<void()>& action);
 
 /// Aborts where a condition does not hold.

@@ -25,7 +25,7 @@ bool parseDouble(const std::string& text, double& number) {
   if (text.empty()) return false;
   char* end = nullptr;
   number = std::strtod(text.c_str(), &end);
-  return *end == '\0';
+  return end == text.c_str() + text.size();
 }
 
 /// Names that OpenRatSLAM's users have for the same thing.
@@ -77,6 +77,21 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+/// The first of the names that differ least from a key, in a third of its letters at most; empty where there is none.
+std::string nearestName(const std::string& key, const std::set<std::string>& names) {
+  std::size_t least = std::max<std::size_t>(2, key.size() / 3) + 1;
+  std::string nearest;
+  for (const std::string& name : names) {
+    // Each letter that one has more than the other is a difference: a key may be as long as a file.
+    if (std::max(key.size(), name.size()) - std::min(key.size(), name.size()) >= least) continue;
+    const std::size_t distance = editDistance(key, name);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = name;
+  }
+  return nearest;
+}
+
 }  // namespace
 
 ParameterMap ParameterMap::fromYaml(const std::string& path) {
@@ -99,7 +114,7 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
       } else {
         throw std::runtime_error(value.origin + ": " + shown(key) + ": neither a value nor a list of values");
       }
-      if (map.has(key)) throw std::runtime_error(value.origin + ": " + key + " is given twice");
+      if (map.has(key)) throw std::runtime_error(value.origin + ": " + shown(key) + " is given twice");
       map.set(key, std::move(value));
     }
   } catch (const YAML::Exception& error) {
@@ -123,7 +138,7 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
       continue;
     }
     if (section.first != "general" && section.first != "ratslam" && section.first != "visual_odometry") {
-      throw std::runtime_error(path + ": section [" + section.first +
+      throw std::runtime_error(path + ": section [" + shown(section.first) +
                                "] is none of [general], [ratslam], [visual_odometry], [draw]");
     }
     for (const auto& entry : section.second) {
@@ -170,12 +185,8 @@ void ParameterMap::rejectUnknown(const std::set<std::string>& known) const {
   for (const auto& [key, value] : values_) {
     if (known.count(key) != 0) continue;
     std::string message = shown(key) + ": no parameter has this name (from " + value.origin + ")";
-    const auto nearest = std::min_element(
-        known.begin(), known.end(),
-        [&key = key](const auto& a, const auto& b) { return editDistance(key, a) < editDistance(key, b); });
-    if (nearest != known.end() && editDistance(key, *nearest) <= std::max<std::size_t>(2, key.size() / 3)) {
-      message += "; did you mean " + *nearest + "?";
-    }
+    const std::string nearest = nearestName(key, known);
+    if (!nearest.empty()) message += "; did you mean " + nearest + "?";
     throw std::invalid_argument(message);
   }
 }

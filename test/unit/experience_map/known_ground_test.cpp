@@ -212,7 +212,7 @@ TEST(Trajectory, StandingStillCostsNothing) {
   params.exp_trajectory_poses = 2000;
   ExperienceMap map(params);
   const int day = 24 * 3600 * 10;  // ten steps a second: the count of poses does not depend on it
-  const auto moves = [day](int k) { return k < 500 || k > day - 500; };
+  const auto moves = [](int k) { return k < 500 || k > day - 500; };
   map.start(0);
   OdometryStep step;
   for (int k = 1; k <= day; ++k) {

@@ -187,6 +187,36 @@ TEST_F(ParameterMapTest, MisspeltKeysAreRejectedWithASuggestion) {
   }
 }
 
+TEST_F(ParameterMapTest, NamesAsLongAsAFileAreRefusedInAShortLineAndAtOnce) {
+  const std::string name(8'000'000, 'k');
+  const auto said = [](const auto& action) -> std::string {
+    try {
+      action();
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  ParameterMap map;
+  map.setFromAssignment(name + "=2");
+  std::set<std::string> known;
+  for (int i = 0; i < 200; ++i) known.insert("vt_some_parameter_" + std::to_string(i));
+  EXPECT_NE(said([&] { map.rejectUnknown(known); }).find("no parameter has this name"), std::string::npos);
+  for (const std::string& path : {file("section.txt", "[" + name + "]\na=1\n"),
+                                  file("twice.yaml", name + "\x01: 1\n" + name + "\x01: 2\n"),
+                                  file("key.txt", "[ratslam]\n" + name + " = 1\n" + name + " = 1\n")}) {
+    const std::string line = said([&] { ParameterMap::fromFile(path).rejectUnknown(known); });
+    EXPECT_LT(line.size(), path.size() + 200) << path;
+    EXPECT_EQ(line.find('\x01'), std::string::npos) << path;
+  }
+}
+
+TEST_F(ParameterMapTest, ANumberEndsWhereItsTextDoes) {
+  ParameterMap map = ParameterMap::fromYaml(file("zero.yaml", "size: \"1\\0 and more\"\n"));
+  EXPECT_NE(complaint(map).find("size: value '1? and more' is not a number"), std::string::npos)
+      << complaint(map);
+}
+
 TEST_F(ParameterMapTest, UnreadableFilesAreNamed) {
   const std::string missing = (folder_ / "missing.yaml").string();
   for (const std::string& path :
