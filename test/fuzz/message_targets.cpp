@@ -128,6 +128,7 @@ void events(const Bytes& input) {
 }
 
 void bag(const Bytes& input) {
+  static const rosbag::Bag keeps_loaded;  // each loads a plugin, which the last one unloads again
   const Folder folder;
   const std::string path = folder.write("drive.bag", input);
   mayRefuse([&] {

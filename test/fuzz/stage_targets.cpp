@@ -105,6 +105,12 @@ void mapStage(const Bytes& input) {
   Clock clock;
   const auto settings = reader.take<std::uint8_t>();
   ExperienceMapParams params;
+  if ((settings & 2U) != 0) {
+    params.exp_solver = "relaxation";
+  } else {
+    params.exp_height = (settings & 4U) != 0;
+    params.exp_scale = (settings & 8U) != 0;
+  }
   MapStage stage(params, settings % 2 == 1);
   for (int steps = 0; !reader.atEnd() && steps < 60; ++steps) {
     const auto what = reader.take<std::uint8_t>();

@@ -35,7 +35,8 @@ class CheckedStream : public ros::serialization::IStream {
 /// Reads a message from its bytes. @throws ros::serialization::StreamOverrunException where they are too few
 template <class Message>
 void readChecked(std::uint8_t* bytes, std::uint32_t count, Message& message) {
-  CheckedStream stream(bytes, count);
+  std::uint8_t none = 0;  // ROS counts from the first byte on also where there is none
+  CheckedStream stream(count > 0 ? bytes : &none, count);
   stream.next(message);
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kPiece = 1 << 20;
+constexpr std::size_t kPiece = 1 << 16;
 constexpr std::size_t kLargest = 1 << 30;  // a day of odometry at 200 Hz
 const char kBlanks[] = " \t\v\f\r\n";
 

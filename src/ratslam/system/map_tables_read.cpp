@@ -153,7 +153,9 @@ State readStates(SqliteDatabase& database) {
         if (ragged) {
           const std::vector<std::uint8_t> ends = readChunks(database, chunks, path, name, "ends");
           array.ends.resize(ends.size() / sizeof array.ends[0]);
-          std::memcpy(array.ends.data(), ends.data(), array.ends.size() * sizeof array.ends[0]);
+          if (!array.ends.empty()) {
+            std::memcpy(array.ends.data(), ends.data(), array.ends.size() * sizeof array.ends[0]);
+          }
         }
       } else if (ragged) {
         array.shape.push_back(0);  // marks the column until its entries are known
