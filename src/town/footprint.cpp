@@ -44,7 +44,7 @@ void FootprintIndex::visitSquares(const Footprint& f, Visit&& visit) {
        column <= static_cast<std::int64_t>(std::floor((f.x + radius) / kSquare)); ++column)
     for (auto row = static_cast<std::int64_t>(std::floor((f.z - radius) / kSquare));
          row <= static_cast<std::int64_t>(std::floor((f.z + radius) / kSquare)); ++row)
-      visit((column << 32) ^ (row & 0xFFFFFFFF));
+      visit(column * (std::int64_t{1} << 32) + (row & 0xFFFFFFFF));
 }
 
 bool FootprintIndex::isFree(const Footprint& footprint) const {

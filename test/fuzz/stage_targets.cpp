@@ -62,7 +62,7 @@ void poseCellStage(const Bytes& input) {
       view.stamp = clock.next(reader);
       view.id = what % 16 == 1 ? reader.take<std::uint32_t>() : reader.take<std::uint8_t>() % 16;
       view.relative_rad = number(reader);
-      stage.addView(view);
+      mayRefuse([&] { stage.addView(view); });
     }
     for (const PoseCellDecision& decision : stage.drain()) {
       const PoseCellEstimate& at = decision.estimate;

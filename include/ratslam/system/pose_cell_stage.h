@@ -27,7 +27,8 @@ class PoseCellStage {
       : cells_(params), stream_(stream), gate_(false, stream) {}
 
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
-  EventVerdict addView(const ViewEvent& view) { return gate_.addEvent(view); }
+  /// @throws std::invalid_argument for an angle that is not finite: where it passed, the decisions before it would be lost
+  EventVerdict addView(const ViewEvent& view);
 
   /// Decisions on the views that pass, oldest first.
   std::vector<PoseCellDecision> drain(Passing which = Passing::kReached);

@@ -118,7 +118,7 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
       map.set(key, std::move(value));
     }
   } catch (const YAML::Exception& error) {
-    throw std::runtime_error(inLine(path, error.mark.line) + ": " + error.msg);
+    throw std::runtime_error(inLine(path, error.mark.line) + ": " + shown(error.msg));
   }
   return map;
 }
@@ -129,7 +129,7 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
   try {
     boost::property_tree::read_ini(content, tree);
   } catch (const boost::property_tree::ini_parser_error& error) {
-    throw std::runtime_error(path + ":" + std::to_string(error.line()) + ": " + error.message());
+    throw std::runtime_error(path + ":" + std::to_string(error.line()) + ": " + shown(error.message()));
   }
   ParameterMap map;
   for (const auto& section : tree) {

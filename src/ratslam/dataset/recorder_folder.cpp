@@ -70,12 +70,14 @@ RecorderFolder::RecorderFolder(const std::string& folder, int clockwise_deg, con
 }
 
 void RecorderFolder::readIndex(const std::string& folder, const std::string& path) {
+  constexpr std::size_t kLongestPath = 255;
   std::size_t malformed = 0;
   for (const TextLine& line : readLines(path)) {
     const std::string where = path + ":" + std::to_string(line.number) + ": ";
     const auto words = splitCsv(line.text);
     const auto stamp = words.empty() ? std::nullopt : stampOfName(words[0]);
-    if (words.size() < 2 || !stamp) {  // as a recording that was cut off ends
+    if (words.size() < 2 || !stamp ||
+        words[1].size() > kLongestPath) {  // as a recording that was cut off ends
       if (++malformed == 1) {
         malformed_ =
             where + "'" + shown(line.text) + "' is not of the form milliseconds,images/<milliseconds>.jpeg";
@@ -120,7 +122,8 @@ void RecorderFolder::readNames(const std::string& folder) {
 
 void RecorderFolder::sortByStamp() {
   const auto rank = [](const StampedPath& image) {
-    return std::make_tuple(image.first, !fs::exists(image.second), image.second);
+    std::error_code error;  // what cannot be looked at is not there
+    return std::make_tuple(image.first, !fs::exists(image.second, error), image.second);
   };
   std::sort(images_.begin(), images_.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   const auto same = [](const StampedPath& a, const StampedPath& b) { return a.first == b.first; };

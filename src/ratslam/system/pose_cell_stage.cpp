@@ -1,5 +1,8 @@
 #include "ratslam/system/pose_cell_stage.h"
 
+#include <cmath>
+
+#include "ratslam/common/params.h"
 #include "ratslam/common/state.h"
 
 namespace ratslam {
@@ -8,6 +11,13 @@ namespace {
 constexpr std::uint32_t kStateVersion = 3;
 
 }  // namespace
+
+EventVerdict PoseCellStage::addView(const ViewEvent& view) {
+  if (!std::isfinite(view.relative_rad)) {
+    throwBadValue("relative_rad", view.relative_rad, "it must be finite");
+  }
+  return gate_.addEvent(view);
+}
 
 std::vector<PoseCellDecision> PoseCellStage::drain(Passing which) {
   std::vector<PoseCellDecision> decisions;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <vector>
@@ -29,18 +30,20 @@ T numberIn(const std::string& bytes, std::size_t at = 0) {
   return number;
 }
 
-/// A record's header: fields `length name=value`.
-std::map<std::string, std::string> fieldsOf(const std::string& header) {
+/// A record's header: fields `length name=value`; none where they do not fill it exactly.
+std::optional<std::map<std::string, std::string>> fieldsOf(const std::string& header) {
   std::map<std::string, std::string> fields;
   std::size_t at = 0;
   while (at + 4 <= header.size()) {
     const std::size_t length = numberIn<std::uint32_t>(header, at);
+    if (at + 4 + length > header.size()) return std::nullopt;
     const std::string field = header.substr(at + 4, length);
-    const std::size_t equals = std::min(field.find('='), field.size());
-    if (equals < field.size()) fields[field.substr(0, equals)] = field.substr(equals + 1);
+    const std::size_t equals = field.find('=');
+    if (equals == std::string::npos) return std::nullopt;
+    fields[field.substr(0, equals)] = field.substr(equals + 1);
     at += 4 + length;
   }
-  return fields;
+  return at == header.size() ? std::make_optional(fields) : std::nullopt;
 }
 
 class Checker {
@@ -83,10 +86,17 @@ class Checker {
     return length;
   }
 
+  /// The fields of the header whose length stands at `at`.
+  std::map<std::string, std::string> headerAt(std::uint64_t at, std::uint64_t length) {
+    const auto fields = fieldsOf(read(at + 4, length));
+    if (!fields) refuse(at, "the fields of a record's header do not fit into it");
+    return *fields;
+  }
+
   /// @return where the next record begins
   std::uint64_t checkRecord(std::uint64_t at) {
     const std::uint64_t header_length = lengthAt(at, size_);
-    const auto fields = fieldsOf(read(at + 4, header_length));
+    const auto fields = headerAt(at, header_length);
     const std::uint64_t data = at + 4 + header_length + 4;
     const std::uint64_t length = lengthAt(data - 4, size_);
     const auto field = [&fields](const char* name) {
@@ -121,6 +131,7 @@ class Checker {
       if (offset + 8 > chunk_size_) refuse(at, "an index points out of its chunk");
       if (packed_) continue;
       const std::uint64_t header_length = lengthAt(chunk_ + offset, chunk_ + chunk_size_);
+      headerAt(chunk_ + offset, header_length);
       lengthAt(chunk_ + offset + 4 + header_length, chunk_ + chunk_size_);
     }
   }

@@ -155,6 +155,15 @@ TEST_F(FolderFormsTest, NumbersOfARecorderTellTheirUnit) {
   }
 }
 
+TEST_F(FolderFormsTest, PathsOfARecorderThatNoFileSystemHasAreLeftOutInAShortLine) {
+  write("data_image.txt", "1000," + std::string(100000, 'a') + ".jpeg\n1000," + std::string(250, 'b') + "/" +
+                              std::string(4, 'c') + "\n1000,b.jpeg\n");
+  RecorderFolder recorder(folder_.string());
+  EXPECT_EQ(recorder.imageCount(), 1U);
+  ASSERT_EQ(recorder.remarks().size(), 2U);
+  for (const std::string& remark : recorder.remarks()) EXPECT_LT(remark.size(), 300U);
+}
+
 TEST_F(FolderFormsTest, AClockThatWasSetBackIsNamedAndSingleLateLinesAreSorted) {
   std::string lines;
   for (int i = 0; i < 40; ++i) {

@@ -32,9 +32,12 @@ Scene makeScene(double pixel_noise) {
     truth.poses.push_back({expRotation({0.01 * i, -0.02 * i, 0.0}), {0.05 * i, 0.01, -0.7 * (7 - i)}});
   }
   for (int point = 0; point < 120; ++point) {
-    truth.points.emplace_back(x(random), y(random), z(random));
+    const double depth = z(random);  // arguments of one call are drawn in any order: another scene a compiler
+    const double height = y(random);
+    truth.points.emplace_back(x(random), height, depth);
     for (int pose = 0; pose < 8; ++pose) {
-      const Eigen::Vector2d noise(normal(random), normal(random));
+      const double noise_y = normal(random);
+      const Eigen::Vector2d noise(normal(random), noise_y);
       const Eigen::Vector2d pixel =
           camera.project(truth.poses[static_cast<std::size_t>(pose)] * truth.points.back()) +
           pixel_noise * noise;
@@ -49,7 +52,7 @@ Scene makeScene(double pixel_noise) {
     T = expTransform(shake) * T;
   }
   for (auto& point : scene.start.points) {
-    point += 0.2 * Eigen::Vector3d(normal(random), normal(random), normal(random));
+    for (int axis = 2; axis >= 0; --axis) point[axis] += 0.2 * normal(random);
   }
   return scene;
 }

@@ -202,9 +202,10 @@ TEST_F(ParameterMapTest, NamesAsLongAsAFileAreRefusedInAShortLineAndAtOnce) {
   std::set<std::string> known;
   for (int i = 0; i < 200; ++i) known.insert("vt_some_parameter_" + std::to_string(i));
   EXPECT_NE(said([&] { map.rejectUnknown(known); }).find("no parameter has this name"), std::string::npos);
-  for (const std::string& path : {file("section.txt", "[" + name + "]\na=1\n"),
-                                  file("twice.yaml", name + "\x01: 1\n" + name + "\x01: 2\n"),
-                                  file("key.txt", "[ratslam]\n" + name + " = 1\n" + name + " = 1\n")}) {
+  for (const std::string& path :
+       {file("section.txt", "[" + name + "]\na=1\n"),
+        file("twice.yaml", name + "\x01: 1\n" + name + "\x01: 2\n"), file("escape.yaml", "a: \"\\\x01\"\n"),
+        file("key.txt", "[ratslam]\n" + name + " = 1\n" + name + " = 1\n")}) {
     const std::string line = said([&] { ParameterMap::fromFile(path).rejectUnknown(known); });
     EXPECT_LT(line.size(), path.size() + 200) << path;
     EXPECT_EQ(line.find('\x01'), std::string::npos) << path;

@@ -255,6 +255,11 @@ TEST_F(BagRecordingTest, LengthsThatADamagedBagClaimsAreLookedAtFirst) {
               {"damaged.bag", "claims to hold 4294967280"});
   expectParts(messageOf([&] { BagRecording(damaged("size=", 4, 0x7FFFFFF0U), BagTopics()); }),
               {"damaged.bag", "beyond the end of the file"});
+  // The lengths of fields in the header of the file's first record, and of a record within the chunk.
+  expectParts(messageOf([&] { BagRecording(damaged("#ROSBAG V2.0\n", 4, 0x2D04U), BagTopics()); }),
+              {"damaged.bag", "byte 13: the fields of a record's header do not fit into it"});
+  expectParts(messageOf([&] { BagRecording(damaged("op=\x02", 0, 0x2D04U), BagTopics()); }),
+              {"damaged.bag", "the fields of a record's header do not fit into it"});
   // The length of an image's pixels, behind its encoding, byte order and step: the message is damaged, no more.
   BagRecording recording(damaged("mono8", 5, 0xFFFFFFF0U), {"", "", false});
   const RecordedItem item = *recording.next();
