@@ -11,6 +11,15 @@ constexpr double kOneEnd = 4.0;             // of a random walk that is known at
 constexpr std::ptrdiff_t kMostFrames = 40;  // kept: an image pyramid is large
 constexpr std::size_t kMostSamples = 4000;  // minutes without a map: then every place is a guess
 
+/// The same motion, its way and what is known of it that many times as long.
+UncertainMotion lengthened(UncertainMotion motion, double times) {
+  Matrix6 scaling = Matrix6::Identity();
+  scaling.topLeftCorner<3, 3>() *= times;
+  motion.motion.translation *= times;
+  motion.covariance = scaling * motion.covariance * scaling;
+  return motion;
+}
+
 }  // namespace
 
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
@@ -127,9 +136,7 @@ Matrix6 MotionBridge::covarianceAlong(std::size_t link, const RigidTransform& mo
     covariance.bottomRightCorner<3, 3>() = here.seen->covariance.bottomRightCorner<3, 3>();
     return covariance;
   }
-  Matrix6 scaling = Matrix6::Identity();
-  scaling.topLeftCorner<3, 3>() *= motion.translation.norm();
-  return scaling * here.seen->covariance * scaling;
+  return lengthened(*here.seen, motion.translation.norm()).covariance;
 }
 
 UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& frame, const Vector6& after,
@@ -168,11 +175,7 @@ UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& f
   if (!view || view->motion.covariance.bottomRightCorner<3, 3>().trace() >
                    result.covariance.bottomRightCorner<3, 3>().trace())
     return result;
-  UncertainMotion seen = view->motion;
-  seen.motion.translation *= length;
-  Matrix6 scaling = Matrix6::Identity();
-  scaling.topLeftCorner<3, 3>() *= length;
-  seen.covariance = scaling * seen.covariance * scaling;
+  UncertainMotion seen = lengthened(view->motion, length);
   addLengthways(seen);
   return seen;
 }
@@ -222,19 +225,12 @@ MotionBridge::Link MotionBridge::joined(const Link& first, const Link& second) {
   if (!first.seen || !second.seen) return both;
   // Both at the same speed: the way of the whole is 1 again.
   const double whole = secondsBetween(both.begin, both.end);
-  const auto scaled = [whole](const Link& link) {
-    const double share = secondsBetween(link.begin, link.end) / whole;
-    UncertainMotion part = *link.seen;
-    Matrix6 scaling = Matrix6::Identity();
-    scaling.topLeftCorner<3, 3>() *= share;
-    part.motion.translation *= share;
-    part.covariance = scaling * part.covariance * scaling;
-    return part;
+  const auto part = [whole](const Link& link) {
+    return lengthened(*link.seen, secondsBetween(link.begin, link.end) / whole);
   };
-  both.seen = compose(scaled(first), scaled(second));
-  const double length = both.seen->motion.translation.norm();
-  if (!(length > 0.0)) return {both.begin, both.end, std::nullopt};
-  both.seen->motion.translation /= length;
+  const UncertainMotion way = compose(part(first), part(second));
+  const double length = way.motion.translation.norm();
+  if (length > 0.0) both.seen = lengthened(way, 1.0 / length);
   return both;
 }
 
