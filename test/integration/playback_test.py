@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """A run is a function of the bag and the parameters: playback speed is not among its arguments."""
+import json
 import os
 import shutil
 import subprocess
@@ -85,6 +86,19 @@ class Playback(unittest.TestCase):
         self.assertEqual(self.play(bag, 20, odometry="external"), reference)
         self.assertEqual(self.run_offline(bag, "topic"), reference)
         self.assertEqual(self.in_two_parts(bag, "topic_parts", odometry="external"), reference)
+
+    def test_recalls_by_belief_at_every_rate_and_offline(self):
+        nearest, self.config = self.config, self.path("belief.yaml")
+        harness.write_config(self.config, vt_descriptor="orientation", vt_recall="belief")
+        bag = self.path("belief.bag")
+        harness.write_bag(bag, "/drive", FRAMES, odometry_period_ns=37000000)
+        reference = self.play(bag, 5, odometry="external")
+        self.assertEqual(self.play(bag, 20, odometry="external"), reference)
+        self.assertEqual(self.run_offline(bag, "topic"), reference)
+        self.assertEqual(self.in_two_parts(bag, "belief_parts", odometry="external"), reference)
+        with open(os.path.join(self.path("offline_belief.bag"), "summary.json"), encoding="utf-8") as file:
+            self.assertLess(json.load(file)["counts"]["templates"], FRAMES, "nothing was recalled")
+        self.config = nearest
 
 
 if __name__ == "__main__":

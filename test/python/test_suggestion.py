@@ -64,9 +64,22 @@ def stand_in(critical, closes_at=0.2):
 
 @pytest.mark.parametrize("critical", [0.01, 0.05, 0.2])
 def test_the_threshold_brings_the_ratio_where_it_is_wanted(critical):
-    value, ratio = suggestion.threshold(stand_in(critical), {})
+    value, ratio = suggestion.threshold(stand_in(critical), {}, "vt_match_threshold")
     assert suggestion.RATIO[0] <= ratio <= suggestion.RATIO[1]
     assert abs(math.log(float(value) / critical)) < 0.6
+
+
+@pytest.mark.parametrize(
+    "descriptor, recall, key",
+    [
+        ("blocks", "nearest", "vt_match_threshold"),
+        ("orientation", "nearest", "vt_orientation_threshold"),
+        ("orientation", "belief", None),
+    ],
+)
+def test_the_threshold_is_that_of_what_recalls(descriptor, recall, key):
+    run = types.SimpleNamespace(summary={"parameters": {"vt_descriptor": descriptor, "vt_recall": recall}})
+    assert suggestion.threshold_key(run) == key
 
 
 def test_the_least_energy_that_closes_a_loop():

@@ -16,6 +16,7 @@
 #include <optional>
 #include <vector>
 
+#include "ratslam/common/parameter_map.h"
 #include "ratslam/common/state.h"
 #include "ratslam/odometry/odometry.h"
 #include "ratslam_ros/support/node_params.h"
@@ -24,6 +25,11 @@ namespace ratslam {
 
 /// (vx, vy, vz, wx, wy, wz) in base_link [m/s, rad/s].
 using Twist = Eigen::Matrix<double, 6, 1>;
+
+/// The parameters of an odometry's node. Its subscribers to wait for are those of the launch file, pose cells and map, and
+/// the local view where that recalls by belief.
+/// @throws std::invalid_argument for bad parameters
+NodeParams odometryNodeParams(const ParameterMap& parameters);
 
 class OdometryPublisher {
  public:

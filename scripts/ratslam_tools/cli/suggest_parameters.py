@@ -33,8 +33,12 @@ def suggest(runs, source: str, frames: int) -> list:
         f"Scale: a cell is crossed in about {suggestion.FRAMES_A_CELL:g} frames; places look the same within about one.",
         {"pc_cell_x_size": f"{cell:g}", "exp_recall_sigma": f"{cell:g}"},
     )
-    value, ratio = suggestion.threshold(runs, settings)
-    add(f"Threshold: {ratio:.2f} experiences a template (between 1 and 2 is wanted).", {"vt_match_threshold": value})
+    key = suggestion.threshold_key(first)
+    if key is None:
+        add("Threshold: none decides, recalls are a matter of belief (vt_recall).", {})
+    else:
+        value, ratio = suggestion.threshold(runs, settings, key)
+        add(f"Threshold: {ratio:.2f} experiences a template (between 1 and 2 is wanted).", {key: value})
     energy = suggestion.injection(runs, settings)
     if energy is None:
         add("Injection: no loop closed in this stretch; the default stays. Try a stretch that comes back.", {})

@@ -121,14 +121,22 @@ def ratio_of(run: run_folder.Run) -> float:
     return counts.get("experiences", 0) / max(1, counts.get("templates", 0))
 
 
-def threshold(runs: Runs, settings: Dict[str, str], tries: int = 8) -> Tuple[str, float]:
-    """vt_match_threshold whose ratio lies in RATIO or as near to it as it gets, and that ratio."""
+def threshold_key(run: run_folder.Run) -> Optional[str]:
+    """The parameter that decides what is recalled; None for vt_recall: belief, where none does."""
+    parameters = run.summary.get("parameters", {})
+    if parameters.get("vt_recall") == "belief":
+        return None
+    return "vt_orientation_threshold" if parameters.get("vt_descriptor") == "orientation" else "vt_match_threshold"
+
+
+def threshold(runs: Runs, settings: Dict[str, str], key: str, tries: int = 8) -> Tuple[str, float]:
+    """The threshold whose ratio lies in RATIO or as near to it as it gets, and that ratio."""
     low, high = (math.log(value) for value in THRESHOLDS)
     best: Optional[Tuple[float, str, float]] = None
     for _ in range(tries):
         middle = 0.5 * (low + high)
         value = f"{math.exp(middle):.3g}"
-        ratio = ratio_of(runs({**settings, "vt_match_threshold": value}))
+        ratio = ratio_of(runs({**settings, key: value}))
         miss = max(RATIO[0] - ratio, ratio - RATIO[1], 0.0)
         if best is None or miss < best[0]:
             best = (miss, value, ratio)

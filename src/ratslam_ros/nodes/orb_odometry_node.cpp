@@ -6,7 +6,7 @@ namespace ratslam {
 
 OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters,
                                  const ros::NodeHandle& own)
-    : params_(readParams<NodeParams>(parameters)),
+    : params_(odometryNodeParams(parameters)),
       odometry_params_(readParams<OrbOdometryParams>(parameters)),
       image_params_(readParams<ImageStageParams>(parameters)),
       part_parameters_(partParameters<OrbOdometryParams>(parameters)),

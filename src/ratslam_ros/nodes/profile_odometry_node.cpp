@@ -6,7 +6,7 @@ namespace ratslam {
 
 ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters,
                                          const ros::NodeHandle& own)
-    : params_(readParams<NodeParams>(parameters)),
+    : params_(odometryNodeParams(parameters)),
       odometry_params_(readParams<ProfileOdometryParams>(parameters)),
       source_(odometry_params_),
       publisher_(handle, params_),

@@ -2,6 +2,7 @@
 
 #include <nav_msgs/Odometry.h>
 
+#include "ratslam/local_view/local_view_params.h"
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/send_queue.h"
@@ -15,6 +16,14 @@ std::uint32_t epochFrom(Stamp first) {
 }
 
 }  // namespace
+
+NodeParams odometryNodeParams(const ParameterMap& parameters) {
+  NodeParams params = readParams<NodeParams>(parameters);
+  if (params.wait_for_subscribers > 0 && readParams<LocalViewParams>(parameters).believes()) {
+    ++params.wait_for_subscribers;
+  }
+  return params;
+}
 
 OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params)
     : params_(params),
