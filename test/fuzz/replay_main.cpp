@@ -1,5 +1,6 @@
 // Runs every target over its corpus and over all that was ever found: fuzz_replay CORPUS
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -30,7 +31,9 @@ int main(int argc, char** argv) {
       std::cout << target.name << ' ' << path.filename().string() << std::endl;  // seen also where it crashes
       std::ifstream file(path, std::ios::binary);
       const std::vector<char> content{std::istreambuf_iterator<char>(file), {}};
+      const auto begin = std::chrono::steady_clock::now();
       target.run(Bytes(content.begin(), content.end()));
+      require(std::chrono::steady_clock::now() - begin < std::chrono::seconds(25), "an input takes no 25 s");
     }
   }
   return 0;

@@ -109,6 +109,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     state.set("next_constraint", static_cast<std::uint64_t>(working ? next_constraint_ : 0));
     state.set("columns", working ? cholesky_.columnsDone() : 0U);
     state.set("damping", working ? damping_ : 0.0);
+    if (working && steps_ > 0) state.child("steps").set("count", steps_);
   }
 
   void load(const State& state, const PoseGraph& graph) override {
@@ -124,6 +125,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     state.get("balance", balance_);
     state.get("damping", damping_);
     state.get("last_step", last_step_);
+    steps_ = state.hasChild("steps") ? state.child("steps").get<std::uint32_t>("count") : 0;
     stage_ = Stage::kIdle;
     if (stage == Stage::kIdle) return;
     if (nodes_ < 2 || nodes_ > graph.nodes().size() || constraints_ > graph.constraints().size() ||
@@ -153,6 +155,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     evidence_ = graph.evidence();
     orderUnknowns(graph);
     damping_ = 0.0;
+    steps_ = 0;
     work -= kWorkPerOrderedNode * nodes_;
     startLinearising();
   }
@@ -237,6 +240,11 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   /// Moves the nodes along the Gauss-Newton step. @return whether they moved.
   bool step(PoseGraph& graph, std::int64_t& work) {
     work -= kWorkPerSteppedNode * nodes_;
+    if (++steps_ > kMostSteps) {
+      finishStep(graph, true);
+      at_optimum_ = false;
+      return false;
+    }
     if (cholesky_.definite()) {
       std::vector<Vector> full = gradient_;
       cholesky_.solve(full);
@@ -308,6 +316,8 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   }
 
   static constexpr double kRoundingSteps = 5.0;
+  /// From one order on: a hundred are many, but numbers that nobody has measured make valleys almost without end.
+  static constexpr std::uint32_t kMostSteps = 1000;
 
   std::array<int, Size> components_;
   double tolerance_;
@@ -320,6 +330,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   double energy_ = 0.0;  ///< of the constraints linearised so far
   double damping_ = 0.0;
   double last_step_ = 0.0;
+  std::uint32_t steps_ = 0;  ///< since the last order
   double factored_damping_ = 0.0;
   bool at_optimum_ = false;  ///< the factor is that of the optimum last reached
   BlockStructure structure_;
