@@ -95,6 +95,15 @@ void requireOutputsApart(const RunOptions& options) {
       throwBadValue("--out", options.out, "the run reads " + file + ", and would write a file of that name");
     }
   }
+  for (const std::string& file : {options.save_map, options.video}) {
+    const fs::path path = fs::weakly_canonical(fs::absolute(file, error), error);
+    const bool part = path.extension() == ".part";
+    if (!file.empty() &&
+        path.parent_path() == fs::weakly_canonical(fs::absolute(options.out, error), error) &&
+        RunLog::writes((part ? path.stem() : path.filename()).string())) {
+      throwBadValue("--out", options.out, "its own files would take the place of " + file);
+    }
+  }
 }
 
 }  // namespace

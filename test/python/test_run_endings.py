@@ -267,3 +267,12 @@ def test_a_run_that_is_refused_leaves_no_trace_of_its_map(program, short, tmp_pa
         assert set(os.listdir(tmp_path)) <= {"no.map", "out"}
     assert run(program, short, tmp_path / "out", "--save-map", tmp_path / "new.map").returncode == 0
     assert set(os.listdir(tmp_path)) == {"no.map", "out", "new.map"}
+
+
+@pytest.mark.parametrize("name", ["summary.json", "map.yaml.part"])
+def test_a_map_that_the_results_would_replace_is_refused(program, short, tmp_path, name):
+    refused = run(program, short, tmp_path / "out", "--save-map", tmp_path / "out" / name)
+    assert refused.returncode == 1 and refused.stdout.count("\n") == 1, refused.stdout
+    assert "its own files would take the place of" in refused.stdout
+    assert run(program, short, tmp_path / "out", "--save-map", tmp_path / "out" / "drive.map").returncode == 0
+    assert (tmp_path / "out" / "drive.map").exists()
