@@ -22,7 +22,8 @@ constexpr double kKerbHeight = 0.12;        ///< [m]
 
 class Town {
  public:
-  Town(const std::vector<std::vector<RoadPoint>>& roads, std::uint64_t seed);
+  /// @param identical_houses all houses are the same one at equal distances, with nothing between them
+  Town(const std::vector<std::vector<RoadPoint>>& roads, std::uint64_t seed, bool identical_houses = false);
 
   /// Triangles of one square of ground, with a sphere that holds them.
   struct Chunk {

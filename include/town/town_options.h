@@ -22,7 +22,8 @@ struct TownOptions {
   int jpeg_quality = 0;             ///< 0: PNG (in the recorder layout: 90)
   bool exposure = false;
   double other_light_after = -1.0;  ///< [s]; negative: never
-  double noise = 0.0;               ///< standard deviation [grey values]
+  bool identical_houses = false;
+  double noise = 0.0;  ///< standard deviation [grey values]
   int moving_cars = 0;
   std::vector<double>
       wheel_noise;  ///< scale error, sigma speed [m/s], sigma yaw rate [rad/s]; empty: no odometry
@@ -53,6 +54,8 @@ struct TownOptions {
     visit("exposure", exposure, Bounds{}, "let the exposure drift and jump");
     visit("other_light_after", other_light_after, Bounds{-1, 1e6},
           "seconds after which the light is another one: darker, and from the side; -1: never");
+    visit("identical_houses", identical_houses, Bounds{},
+          "one house again and again, every 12 m, and nothing else beside the road");
     visit("noise", noise, Bounds{0, 100}, "standard deviation of pixel noise [grey values]");
     visit("moving_cars", moving_cars, Bounds{0, 10000},
           "cars under way: oncoming ones, every fourth in front");

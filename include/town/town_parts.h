@@ -27,6 +27,8 @@ void buildGround(TownSite& site);
 void buildMarkings(TownSite& site);
 /// Houses in a row along both sides of every road, and taller blocks behind them.
 void buildHouses(TownSite& site);
+/// One house again and again along both sides of every road, every 12 m: nothing tells them apart.
+void buildIdenticalHouses(TownSite& site);
 /// Parked cars, trees, hedges, lamps, signs.
 void buildStreetFurniture(TownSite& site);
 

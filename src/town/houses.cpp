@@ -256,4 +256,19 @@ void buildHouses(TownSite& site) {
       }
 }
 
+void buildIdenticalHouses(TownSite& site) {
+  constexpr double kEvery = 12.0;  // [m]
+  constexpr double kWidth = 10.0;
+  constexpr double kSetback = 10.5;
+  constexpr double kDepth = 9.0;
+  constexpr int kStoreys = 2;
+  for (const RoadAxis& axis : site.roads.axes())
+    for (const double side : {1.0, -1.0})
+      for (double middle = 0.5 * kEvery; middle < axis.length(); middle += kEvery) {
+        const auto i = static_cast<std::size_t>(middle / RoadAxis::kStep);
+        if (i >= axis.samples.size()) break;
+        tryHouse(site, axis.samples[i], side, kSetback, kWidth, kDepth, kStoreys, site.seed);
+      }
+}
+
 }  // namespace ratslam

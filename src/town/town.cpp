@@ -10,15 +10,19 @@
 
 namespace ratslam {
 
-Town::Town(const std::vector<std::vector<RoadPoint>>& roads, std::uint64_t seed)
+Town::Town(const std::vector<std::vector<RoadPoint>>& roads, std::uint64_t seed, bool identical_houses)
     : roads_(roads), textures_(hashOf(seed, 1)) {
   Mesh mesh;
   FootprintIndex taken;
   TownSite site{roads_, textures_, hashOf(seed, 2), mesh, taken};
   buildGround(site);
-  buildMarkings(site);
-  buildHouses(site);
-  buildStreetFurniture(site);
+  if (identical_houses) {
+    buildIdenticalHouses(site);
+  } else {
+    buildMarkings(site);
+    buildHouses(site);
+    buildStreetFurniture(site);
+  }
   divide(mesh);
 }
 

@@ -17,7 +17,7 @@ TownSummary runTown(const TownOptions& options, TownSink& sink, const TownProgre
                     ? loadDrive(options.trajectory, options.times, options.frames < 0 ? 0 : options.frames)
                     : planTownDrive(options.frames < 0 ? kDefaultFrames : options.frames);
   const auto seed = static_cast<std::uint64_t>(options.seed);
-  const Town town(drive.roads, seed);
+  const Town town(drive.roads, seed, options.identical_houses);
   if (recorded) settleOnRoad(drive, town.roads());
   const TownRenderer renderer(town, options.camera(), options.threads);
   const Traffic traffic(drive, town.roads(), town.textures(), options.moving_cars, seed);

@@ -15,14 +15,14 @@ namespace {
 
 constexpr std::uint32_t kRecentViews = 10;  // learned too recently for a recall of them to be a closed loop
 
-constexpr std::uint32_t kStateVersion = 5;
+constexpr std::uint32_t kStateVersion = 6;
 
 }  // namespace
 
 RecallVerifier::~RecallVerifier() = default;
 
 LocalViewCells::LocalViewCells(const LocalViewParams& params, const DescriptorRegistry& registry)
-    : params_(params), pair_(registry.make(params)) {
+    : params_(params), pair_(registry.make(params)), belief_(params.panoramic) {
   params.validate();
 }
 

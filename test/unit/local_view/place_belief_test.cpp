@@ -66,5 +66,32 @@ TEST(PlaceBelief, IsNotSureAmongPlacesWhoseViewsDiffered) {
   EXPECT_LT(confidenceAfter(60, 8, 0.7), PlaceBelief::kClaim);
 }
 
+/// A street that is driven once, and the same views again round the corner, where dead reckoning cannot tell the places
+/// apart any more but knows where the robot faces.
+double confidenceRoundTheCorner(bool all_round) {
+  PlaceBelief belief(all_round);
+  ViewMotion step;
+  step.forward = kStep;
+  step.forward_variance = 1.0;
+  step.yaw_variance = 1e-8;
+  for (std::uint32_t place = 0; place < kPlaces; ++place) {
+    belief.move(step, 0.5);
+    belief.arrive(place);
+  }
+  step.rotation = M_PI / 2;
+  std::optional<PlaceClaim> claim;
+  for (int k = 0; k < 30; ++k) {
+    belief.move(step, 0.5);
+    claim = belief.weigh(alikeAround(100 + static_cast<std::size_t>(k), 0), kPlaces);
+    step.rotation = 0.0;
+  }
+  return claim && claim->place > 100 && claim->place < 140 ? claim->confidence : 0.0;
+}
+
+TEST(PlaceBelief, AStreetThatLooksTheSameRoundTheCornerIsAnotherOne) {
+  EXPECT_LT(confidenceRoundTheCorner(false), 0.01);
+  EXPECT_GT(confidenceRoundTheCorner(true), 0.9) << "a panoramic view does not turn";
+}
+
 }  // namespace
 }  // namespace ratslam

@@ -11,8 +11,9 @@
 ///   2. Anywhere. A share of 1e-4 of what is not yet known may be at any learned place: only those that look
 ///      most like the view are followed.
 ///   3. Odometry's veto. Dead reckoning excludes places farther off than 4 standard deviations of what it may
-///      have drifted since they were last visited: that is what tells identical houses in a row apart. No
-///      odometry, and one that has started anew, excludes nothing.
+///      have drifted since they were last visited: that is what tells identical houses in a row apart. So it does
+///      places where a camera that looks ahead faced elsewhere: the same houses round the corner. No odometry, and one
+///      that has started anew, excludes nothing.
 ///   4. Weigh. Belief times exp(0.7 n z), z being the likeness standardised over all places; a place not yet
 ///      known counts as z = 0.8. n, from 0 to 1, is how much of the view the last one did not tell: of two views
 ///      that are alike the second is no further evidence, and a chance likeness of distant places does not
@@ -67,6 +68,10 @@ class PlaceBelief {
   /// Belief in one claimed place above which it counts as recalled.
   static constexpr double kClaim = 0.99;
 
+  PlaceBelief() = default;
+  /// @param all_round the views look the same whichever way the robot faces
+  explicit PlaceBelief(bool all_round) : all_round_(all_round) {}
+
   /// The robot has moved since the last view. @param novelty of the view that is to be weighed next, 0 to 1:
   /// how much of it the last view did not tell (ViewMatcher::novelty)
   void move(const ViewMotion& motion, double novelty);
@@ -115,12 +120,14 @@ class PlaceBelief {
   };
   static Spread spreadOf(const ViewLikeness& likeness);
   bool excluded(std::uint32_t place) const;
+  bool facesElsewhere(const PlaceVisit& then) const;
   void handOn(const PlaceMass& from, double driven, double sigma);
   void seed(const ViewLikeness& likeness, std::size_t candidates);
   void seedEverywhere(std::size_t candidates);
   void collect(std::size_t places);
   std::optional<PlaceClaim> claim(const ViewLikeness& likeness, const Spread& spread) const;
 
+  bool all_round_ = false;
   PlaceGraph graph_;
   std::vector<PlaceMass> active_;  // by place
   double unknown_ = 1.0;

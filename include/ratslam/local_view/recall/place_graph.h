@@ -17,7 +17,8 @@ struct DeadReckoning {
   double way = 0.0;               ///< driven so far [m]
   double forward_variance = 0.0;  ///< of the way, as far as the odometry says [m^2]
   double yaw_variance = 0.0;      ///< of the heading [rad^2]
-  double heading = 0.0;           ///< [rad]
+  double heading = 0.0;           ///< [rad], turns added up
+  double turned = 0.0;            ///< by so much in all, to either side [rad]
   std::uint32_t epoch = 0;
 
   template <class Fields>
@@ -28,6 +29,7 @@ struct DeadReckoning {
     fields("forward_variance", forward_variance);
     fields("yaw_variance", yaw_variance);
     fields("heading", heading);
+    fields("turned", turned);
     fields("epoch", epoch);
   }
 };
@@ -38,7 +40,9 @@ struct PlaceVisit {
   float y = 0.0F;
   float forward_variance = 0.0F;
   float yaw_variance = 0.0F;
-  double way = 0.0;  ///< [m]
+  float heading = 0.0F;  ///< [rad]
+  float turned = 0.0F;   ///< [rad]
+  double way = 0.0;      ///< [m]
   std::uint32_t epoch = 0;
   float to_next = -1.0F;  ///< way to the place learned next [m]; negative: it was not driven
   float novelty = 1.0F;   ///< of the views from this place to the place learned next, added up
@@ -49,6 +53,8 @@ struct PlaceVisit {
     fields("y", y);
     fields("forward_variance", forward_variance);
     fields("yaw_variance", yaw_variance);
+    fields("heading", heading);
+    fields("turned", turned);
     fields("way", way);
     fields("epoch", epoch);
     fields("to_next", to_next);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ratslam/common/angles.h"
+
 namespace ratslam {
 namespace {
 
@@ -15,6 +17,10 @@ constexpr double kLaneChange = 0.02;    // share of the belief in shifts that is
 constexpr double kBlur = 0.4;           // of the way, by which it may be longer or shorter than then
 constexpr double kRelativeError = 0.1;  // of odometry that does not say how well it knows its motion
 constexpr double kLeastError = 0.03;    // of any odometry: its covariance does not know of all that is wrong
+constexpr double kTurnError = 0.1;      // of all that was turned, by odometry that does not say
+constexpr double kLeastTurnError = 0.01;  // by any odometry
+constexpr double kOtherView =
+    M_PI / 4;                           // turned by more, a camera that looks ahead sees something else [rad]
 constexpr double kVeto = 4.0;           // standard deviations
 constexpr double kVetoSpacings = 2.0;   // distances between places within which nothing is told apart
 constexpr std::size_t kFollowed = 128;  // places a view that belief may begin at
@@ -69,6 +75,7 @@ void PlaceBelief::move(const ViewMotion& motion, double novelty) {
   novelty_ = novelty;
   measured_ = !motion.assumed;
   here_.heading += motion.rotation;
+  here_.turned += std::abs(motion.rotation);
   here_.x += motion.forward * std::cos(here_.heading);
   here_.y += motion.forward * std::sin(here_.heading);
   here_.way += std::abs(motion.forward);
@@ -128,6 +135,7 @@ void PlaceBelief::collect(std::size_t places) {
 bool PlaceBelief::excluded(std::uint32_t place) const {
   const PlaceVisit& then = graph_.lastVisit(place);
   if (!measured_ || then.epoch != here_.epoch) return false;
+  if (!all_round_ && facesElsewhere(then)) return true;
   const double way = here_.way - then.way;
   const double said = here_.forward_variance - static_cast<double>(then.forward_variance) +
                       (here_.yaw_variance - static_cast<double>(then.yaw_variance)) * way * way / 3.0;
@@ -136,6 +144,15 @@ bool PlaceBelief::excluded(std::uint32_t place) const {
   const double apart =
       std::hypot(static_cast<double>(then.x) - here_.x, static_cast<double>(then.y) - here_.y);
   return apart > kVeto * sigma + kVetoSpacings * graph_.spacing(place);
+}
+
+bool PlaceBelief::facesElsewhere(const PlaceVisit& then) const {
+  const double said = here_.yaw_variance - static_cast<double>(then.yaw_variance);
+  const double unsaid = (here_.yaw_variance > 0.0 ? kLeastTurnError : kTurnError) *
+                        (here_.turned - static_cast<double>(then.turned));
+  const double sigma = std::sqrt(std::max(said, 0.0) + unsaid * unsaid);
+  const double turned = std::abs(wrapAngle(here_.heading - static_cast<double>(then.heading)));
+  return turned > kVeto * sigma + kOtherView;
 }
 
 std::size_t PlaceBelief::leftBehind(const ViewLikeness& likeness) const {

@@ -16,6 +16,8 @@ void PlaceGraph::visit(std::uint32_t place, const DeadReckoning& where) {
   visit.y = static_cast<float>(where.y);
   visit.forward_variance = static_cast<float>(where.forward_variance);
   visit.yaw_variance = static_cast<float>(where.yaw_variance);
+  visit.heading = static_cast<float>(where.heading);
+  visit.turned = static_cast<float>(where.turned);
   visit.way = where.way;
   visit.epoch = where.epoch;
 }
