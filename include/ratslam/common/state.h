@@ -18,12 +18,17 @@
 ///
 /// What does not fit this form uses set() and get(). Reading never guesses: a name that is missing, and a
 /// value of another type or shape, are errors that name it.
+///
+/// Saving must not keep a stage waiting. Tables, and what setLater() stores, are kept as copies of the objects
+/// until somebody looks at them: whoever hands a State to another thread leaves most of the work to it.
 #pragma once
 
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -79,14 +84,17 @@ struct StateArray {
 class State {
  public:
   bool operator==(const State& other) const {
-    return rows_ == other.rows_ && arrays_ == other.arrays_ && children_ == other.children_;
+    return rows_ == other.rows_ && arrays_ == other.arrays_ && children() == other.children();
   }
 
   /// The State of this name within this one, made where it is missing.
   State& child(const std::string& name);
   /// @throws std::runtime_error naming it where it is missing
   const State& child(const std::string& name) const;
-  bool hasChild(const std::string& name) const { return children_.count(name) > 0; }
+  bool hasChild(const std::string& name) const { return children_.count(name) + later_.count(name) > 0; }
+  /// Stores a State that is made when somebody looks at it, in whichever thread; replaces what had the name.
+  /// @param fill  must own all that it needs
+  void setLater(const std::string& name, std::function<void(State&)> fill);
 
   /// Stores a value: what stateFields may list. Replaces what had the name.
   template <class T>
@@ -122,7 +130,7 @@ class State {
 
   // What follows is for those who keep States somewhere.
   const std::map<std::string, StateArray>& arrays() const { return arrays_; }
-  const std::map<std::string, State>& children() const { return children_; }
+  const std::map<std::string, State>& children() const;
   /// @throws std::runtime_error where bytes or rows do not fit type and shape
   void setArray(const std::string& name, StateArray array);
   /// @throws std::runtime_error naming it where it is missing
@@ -146,14 +154,19 @@ class State {
   static void takeInto(const std::vector<std::uint8_t>& bytes, std::size_t& position, State& state,
                        int depth);
 
+  /// A child in the place of what had the name.
+  State& emptyChild(const std::string& name);
+  /// Makes the child that was to be made later, if this is one.
+  void make(const std::string& name) const;
   template <class Element>
-  void setRowsOf(const std::string& name, const std::vector<Element>& elements);
+  void setRowsOf(const std::string& name, std::vector<Element> elements);
   template <class Element>
   void getRowsOf(const std::string& name, std::vector<Element>& elements) const;
 
   std::string path_;
   std::map<std::string, StateArray> arrays_;
-  std::map<std::string, State> children_;
+  mutable std::map<std::string, State> children_;
+  mutable std::map<std::string, std::function<void(State&)>> later_;  // children that are not made yet
   std::optional<std::uint64_t> rows_;
 };
 

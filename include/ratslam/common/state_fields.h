@@ -206,8 +206,7 @@ void State::set(const std::string& name, const T& value) {
   } else if constexpr (std::is_same_v<T, std::string>) {
     setArray(name, {StateType::kUint8, {value.size()}, {value.begin(), value.end()}, {}});
   } else if constexpr (OptionalOf<T>::kIs) {
-    children_.erase(name);
-    State& optional = child(name);
+    State& optional = emptyChild(name);
     if (value) optional.set("value", *value);
   } else if constexpr (IsDynamicMatrix<T>::value) {
     std::vector<typename T::Scalar> numbers;
@@ -233,8 +232,7 @@ void State::set(const std::string& name, const T& value) {
     }
   } else {
     static_assert(HasFields<T>::value, "a State holds plain values, lists of them, and what has stateFields");
-    children_.erase(name);
-    child(name).write(value);
+    emptyChild(name).write(value);
   }
 }
 
@@ -250,7 +248,7 @@ void State::get(const std::string& name, T& value) const {
   } else if constexpr (OptionalOf<T>::kIs) {
     const State& optional = child(name);
     value.reset();
-    if (!optional.arrays_.empty() || !optional.children_.empty()) {
+    if (!optional.arrays_.empty() || !optional.children().empty()) {
       typename T::value_type inside{};  // clang emplaces nothing that is nested in a class with its defaults
       optional.get("value", inside);
       value = std::move(inside);
@@ -305,15 +303,16 @@ void State::read(Object& object) const {
 }
 
 template <class Element>
-void State::setRowsOf(const std::string& name, const std::vector<Element>& elements) {
+void State::setRowsOf(const std::string& name, std::vector<Element> elements) {
   static_assert(state_detail::HasFields<Element>::value, "elements of a list are plain or have stateFields");
-  children_.erase(name);
-  state_detail::RowWriter writer;
-  for (const Element& element : elements) {
-    writer.nextRow();
-    const_cast<Element&>(element).stateFields(writer);
-  }
-  writer.finish(child(name), elements.size());
+  setLater(name, [rows = std::make_shared<std::vector<Element>>(std::move(elements))](State& table) {
+    state_detail::RowWriter writer;
+    for (Element& element : *rows) {
+      writer.nextRow();
+      element.stateFields(writer);
+    }
+    writer.finish(table, rows->size());
+  });
 }
 
 template <class Element>
@@ -331,8 +330,7 @@ void State::getRowsOf(const std::string& name, std::vector<Element>& elements) c
 
 template <class Object>
 void State::setEach(const std::string& name, const std::vector<Object>& objects) {
-  children_.erase(name);
-  State& list = child(name);
+  State& list = emptyChild(name);
   list.set("count", static_cast<std::uint64_t>(objects.size()));
   for (std::size_t i = 0; i < objects.size(); ++i) objects[i].save(list.child(std::to_string(i)));
 }

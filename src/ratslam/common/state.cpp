@@ -120,13 +120,40 @@ void State::fail(const std::string& name, const std::string& what) const {
   throw std::runtime_error("state " + (path_.empty() ? "" : path_ + "/") + name + ": " + what);
 }
 
+void State::setLater(const std::string& name, std::function<void(State&)> fill) {
+  children_.erase(name);
+  later_[name] = std::move(fill);
+}
+
+State& State::emptyChild(const std::string& name) {
+  children_.erase(name);
+  later_.erase(name);
+  return child(name);
+}
+
+void State::make(const std::string& name) const {
+  const auto found = later_.find(name);
+  if (found == later_.end()) return;
+  const auto waiting = later_.extract(found);  // which owns the name, too
+  State& made = children_[waiting.key()];
+  made.path_ = path_.empty() ? waiting.key() : path_ + "/" + waiting.key();
+  waiting.mapped()(made);
+}
+
+const std::map<std::string, State>& State::children() const {
+  while (!later_.empty()) make(later_.begin()->first);
+  return children_;
+}
+
 State& State::child(const std::string& name) {
+  make(name);
   State& found = children_[name];
   found.path_ = path_.empty() ? name : path_ + "/" + name;
   return found;
 }
 
 const State& State::child(const std::string& name) const {
+  make(name);
   const auto found = children_.find(name);
   if (found == children_.end()) fail(name, "it is missing");
   return found->second;
@@ -197,8 +224,8 @@ void State::append(const State& state, std::vector<std::uint8_t>& bytes) {
     putNumbers(bytes, array.ends);
     putBlock(bytes, array.bytes.data(), array.bytes.size());
   }
-  put(bytes, static_cast<std::uint64_t>(state.children_.size()));
-  for (const auto& [name, inner] : state.children_) {
+  put(bytes, static_cast<std::uint64_t>(state.children().size()));
+  for (const auto& [name, inner] : state.children()) {
     putText(bytes, name);
     append(inner, bytes);
   }

@@ -39,7 +39,7 @@ void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
     const auto first = values.begin() + static_cast<std::ptrdiff_t>(i) * length;
     view.variants[i] = {{first, first + length}, turns[i], priors.at(i)};
   }
-  if (pixels.empty()) return;
+  if (pixels.empty() || !image.empty()) return;
   image.create(form.at(0), form.at(1), form.at(2));
   std::copy(pixels.begin(), pixels.end(), image.data);
 }

@@ -159,6 +159,48 @@ TEST(State, NamesWhatHasAnotherTypeOrShape) {
   EXPECT_NE(messageOf([&] { state.get<std::vector<double>>("speed"); }).find("speed"), std::string::npos);
 }
 
+TEST(State, MakesLaterWhatNobodyLooksAtYet) {
+  int made = 0;
+  State state;
+  for (const int value : {1, 2}) {  // the second replaces the first
+    state.setLater("later", [&made, value](State& inner) {
+      ++made;
+      inner.set("value", value);
+      inner.child("deeper").set("value", 3);
+    });
+  }
+  state.set("now", 4);
+  State copy = state;
+  const State moved = std::move(state);
+  EXPECT_EQ(made, 0);
+  EXPECT_TRUE(moved.hasChild("later"));
+  EXPECT_EQ(moved.child("later").get<int>("value"), 2);
+  EXPECT_EQ(moved.child("later").child("deeper").path(), "later/deeper");
+  EXPECT_EQ(made, 1);
+  EXPECT_EQ(moved.toBytes(), copy.toBytes());
+  EXPECT_EQ(made, 2);
+  State at_once;
+  at_once.set("now", 4);
+  at_once.child("later").set("value", 2);
+  at_once.child("later").child("deeper").set("value", 3);
+  EXPECT_EQ(at_once, moved);
+  copy.setLater("later", [](State&) { throw std::runtime_error("it cannot be made"); });
+  EXPECT_THROW(copy.toBytes(), std::runtime_error);
+}
+
+TEST(State, KeepsTheRowsOfATableAsTheyWereWhenItWasSet) {
+  std::vector<Entry> rows(3);
+  State state;
+  state.set("rows", rows);
+  const std::vector<std::uint8_t> before = [&rows] {
+    State other;
+    other.set("rows", rows);
+    return other.toBytes();
+  }();
+  rows.clear();
+  EXPECT_EQ(state.toBytes(), before);
+}
+
 TEST(State, RefusesAnotherVersion) {
   State state;
   state.child("part").setVersion(2);

@@ -49,12 +49,16 @@ TEST(OrbState, GoesOnAsIfItHadNeverStopped) {
   OrbSource whole = source();
   std::vector<std::vector<std::uint8_t>> saved;
   std::vector<State> samples;
+  std::vector<State> taken;
   for (const ImageFrame& frame : drive()) {
     saved.push_back(stateOf(whole).toBytes());
+    taken.push_back(stateOf(whole));
     const OdometrySample sample = whole.track(frame);
     samples.emplace_back();
     samples.back().set("sample", sample);
   }
+  for (std::size_t i = 0; i < taken.size(); ++i)
+    EXPECT_TRUE(taken[i].toBytes() == saved[i]) << "looked at later, taken at " << i;
   ASSERT_EQ(whole.odometry().restarts(), 1) << "the drive is meant to have a fresh map";
   // Before the first frame, before the first map, on a map, blind, on the way back, and while the fresh map is young.
   for (const std::size_t stop : {0U, 1U, 8U, 13U, 15U, 30U, 41U, 43U, 50U}) {

@@ -120,11 +120,17 @@ TEST_P(Continued, EndsInTheSameBits) {
   const std::vector<Tick> ticks = drive(900);
   Chain whole = chain();
   std::vector<std::vector<std::uint8_t>> saved;
+  std::vector<State> taken;
   const std::vector<std::size_t> stops{0, 1, 2, 57, 333, 501, 502, 503, 777, 898};
   for (std::size_t i = 0; i < ticks.size(); ++i) {
-    if (std::count(stops.begin(), stops.end(), i) > 0) saved.push_back(whole.state().toBytes());
+    if (std::count(stops.begin(), stops.end(), i) > 0) {
+      saved.push_back(whole.state().toBytes());
+      taken.push_back(whole.state());
+    }
     whole.feed(ticks[i]);
   }
+  for (std::size_t k = 0; k < stops.size(); ++k)
+    EXPECT_TRUE(taken[k].toBytes() == saved[k]) << "looked at later, taken after " << stops[k];
   ASSERT_GT(whole.map().graph().links().size(), whole.map().graph().experiences().size());
   const State end = whole.state();
   for (std::size_t k = 0; k < stops.size(); ++k) {
