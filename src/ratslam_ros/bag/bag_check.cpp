@@ -18,6 +18,7 @@ constexpr std::uint8_t kBagHeader = 3;
 constexpr std::uint8_t kIndexData = 4;
 constexpr std::uint8_t kChunk = 5;
 constexpr std::uint8_t kChunkInfo = 6;
+constexpr std::uint8_t kConnection = 7;
 /// A chunk that unpacks to so many bytes is never refused; larger ones are where they claim to hold more than so
 /// many times what they are.
 constexpr std::uint64_t kAlwaysFine = 64U << 20U;
@@ -57,7 +58,13 @@ class Checker {
     const std::string version = "#ROSBAG V2.0\n";
     // What only resembles it rosbag might take for a bag of another kind, whose lengths nobody has checked.
     if (read(0, version.size()) != version) refuse(0, "it does not begin with #ROSBAG V2.0");
-    for (std::uint64_t at = version.size(); at < size_;) at = checkRecord(at);
+    for (std::uint64_t at = version.size(); at < size_;) {
+      records_.insert(at);
+      at = checkRecord(at);
+    }
+    if (index_ && *index_ != size_ && records_.count(*index_) == 0) {
+      refuse(*index_, "no record is where the header says that the index begins");
+    }
     for (const std::uint64_t chunk : named_chunks_) {
       if (chunks_.count(chunk) == 0) refuse(chunk, "no chunk is where the index names one");
     }
@@ -117,7 +124,12 @@ class Checker {
       }
     }
     // Without an index the recording was cut off, which rosbag says: its end may well lie within a record.
-    if (kind == kBagHeader && numberIn<std::uint64_t>(field("index_pos")) == 0) return size_;
+    if (kind == kBagHeader) {
+      const auto index = numberIn<std::uint64_t>(field("index_pos"));
+      if (index == 0) return size_;
+      index_ = index;
+    }
+    if (kind == kConnection) headerAt(data - 4, length);  // which describes the connection in fields, too
     if (kind == kIndexData) checkIndex(at, read(data, length));
     if (kind == kChunkInfo) named_chunks_.insert(numberIn<std::uint64_t>(field("chunk_pos")));
     return data + length;
@@ -139,6 +151,8 @@ class Checker {
   std::string path_;
   std::ifstream file_;
   std::uint64_t size_;
+  std::set<std::uint64_t> records_;  ///< where each begins
+  std::optional<std::uint64_t> index_;
   std::set<std::uint64_t> chunks_;
   std::set<std::uint64_t> named_chunks_;
   std::uint64_t chunk_ = 0;  ///< where the data of the last chunk begin

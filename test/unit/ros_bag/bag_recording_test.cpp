@@ -260,6 +260,9 @@ TEST_F(BagRecordingTest, LengthsThatADamagedBagClaimsAreLookedAtFirst) {
               {"damaged.bag", "byte 13: the fields of a record's header do not fit into it"});
   expectParts(messageOf([&] { BagRecording(damaged("op=\x02", 0, 0x2D04U), BagTopics()); }),
               {"damaged.bag", "the fields of a record's header do not fit into it"});
+  // Where the index begins: within a record, whose bytes rosbag would take for lengths.
+  expectParts(messageOf([&] { BagRecording(damaged("index_pos=", 0, 100U), BagTopics()); }),
+              {"damaged.bag", "byte 100: no record is where the header says that the index begins"});
   // The length of an image's pixels, behind its encoding, byte order and step: the message is damaged, no more.
   BagRecording recording(damaged("mono8", 5, 0xFFFFFFF0U), {"", "", false});
   const RecordedItem item = *recording.next();
