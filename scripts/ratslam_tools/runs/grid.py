@@ -253,7 +253,7 @@ def plot_parameter(path: str, key: str, points, found, goal: Optional[Goal] = No
         axes.minorticks_off()
     axes.set_xlabel(key)
     axes.set_ylabel(goal.label)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.08 * max(errors) if max(errors) > 0.0 else None)
     axes.grid(alpha=0.3)
     axes.legend(loc="best", fontsize=9)
     plotting.finish(pyplot, figure, path)
