@@ -107,6 +107,7 @@ bool Pipeline::feedOdometry(const OdometrySample& sample) {
 }
 
 void Pipeline::interrupt() {
+  local_view_.interrupt();
   pose_cells_.interrupt();
   map_.interrupt();
 }

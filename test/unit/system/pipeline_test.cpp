@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "ratslam/common/state.h"
 #include "ratslam/dataset/odometry_file.h"
 #include "ratslam/odometry/profile/profile_source.h"
 #include "ratslam/system/run_log.h"
@@ -318,6 +319,22 @@ TEST(RunLog, LeavesTheStatedFiles) {
   EXPECT_GT(lines("map.yaml"), 10);
   EXPECT_GT(lines("summary.json"), 30);
   std::filesystem::remove_all(folder);
+}
+
+/// Dead reckoning to the end of the map says nothing of where the next drive begins: it excludes no place there.
+TEST(Pipeline, AnotherDriveInTheSameMapStartsDeadReckoningAnew) {
+  const auto epoch = [](const State& state) {
+    return state.child("local_view").child("streams").get<std::uint32_t>("epoch");
+  };
+  State mapped;
+  Pipeline(params(), {}).save(mapped);
+  for (const bool go_on : {true, false}) {
+    Pipeline pipeline(params(), {});
+    pipeline.load(mapped, go_on);
+    State loaded;
+    pipeline.save(loaded);
+    EXPECT_EQ(epoch(loaded) == epoch(mapped), go_on);
+  }
 }
 
 }  // namespace
