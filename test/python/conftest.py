@@ -13,8 +13,23 @@ SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file_
 SCRIPTS = os.path.join(SOURCE, "scripts")
 sys.path.insert(0, SCRIPTS)
 
+from ratslam_tools.errors import InputError  # noqa: E402
+from ratslam_tools.runs import runner  # noqa: E402
 from ratslam_tools.trajectory import geometry  # noqa: E402
 from ratslam_tools.trajectory import Trajectory  # noqa: E402
+
+
+def built(*names):
+    """Paths of ratslam_run and of the programs beside it; skips where one is not built."""
+    try:
+        found = [runner.find()]
+    except InputError as error:
+        pytest.skip(str(error))
+    found += [os.path.join(os.path.dirname(found[0]), name) for name in names]
+    for program in found:
+        if not os.path.isfile(program):
+            pytest.skip(f"{program} is absent")
+    return found
 
 
 @pytest.fixture

@@ -4,24 +4,15 @@ import os
 import subprocess
 
 import numpy as np
-import pytest
 
-from conftest import SOURCE
-from ratslam_tools.errors import InputError
-from ratslam_tools.runs import runner
+from conftest import SOURCE, built
 
 LATER = 100  # frames since a place was learned, from which on it is recalled and not still in view
 SAME_PLACE = 3.0  # [m]; the houses stand 12 m apart
 
 
 def test_no_place_is_taken_for_another(tmp_path):
-    try:
-        run = runner.find()
-    except InputError as error:
-        pytest.skip(str(error))
-    town = os.path.join(os.path.dirname(run), "ratslam_town")
-    if not os.path.isfile(town):
-        pytest.skip(f"{town} is absent")
+    run, town = built("ratslam_town")
     quiet = {"check": True, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     drive = tmp_path / "town"
     subprocess.run([town, "--out", drive, "--identical-houses", "--frames", "600", "--size", "620x188"], **quiet)

@@ -9,9 +9,7 @@ import subprocess
 
 import pytest
 
-from conftest import SOURCE
-from ratslam_tools.errors import InputError
-from ratslam_tools.runs import runner
+from conftest import SOURCE, built
 
 FRAMES = 120
 
@@ -19,15 +17,7 @@ FRAMES = 120
 @pytest.fixture(scope="module")
 def programs():
     """ratslam_run, ratslam_town and ratslam_map; skips where they are not built."""
-    try:
-        run = runner.find()
-    except InputError as error:
-        pytest.skip(str(error))
-    found = [run] + [os.path.join(os.path.dirname(run), name) for name in ("ratslam_town", "ratslam_map")]
-    for program in found:
-        if not os.path.isfile(program):
-            pytest.skip(f"{program} is absent")
-    return found
+    return built("ratslam_town", "ratslam_map")
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,7 @@ import subprocess
 
 import pytest
 
-from conftest import SOURCE
-from ratslam_tools.runs import runner
-from ratslam_tools.errors import InputError
+from conftest import SOURCE, built
 
 FRAMES = 70
 RESULTS = ("trajectory_online.tum", "trajectory_final.tum", "map.yaml", "templates.csv", "actions.csv")
@@ -18,14 +16,7 @@ RESULTS = ("trajectory_online.tum", "trajectory_final.tum", "map.yaml", "templat
 @pytest.fixture(scope="module")
 def programs():
     """ratslam_run and ratslam_town; skips where they are not built."""
-    try:
-        program = runner.find()
-    except InputError as error:
-        pytest.skip(str(error))
-    town = os.path.join(os.path.dirname(program), "ratslam_town")
-    if not os.path.isfile(town):
-        pytest.skip(f"{town} is absent")
-    return program, town
+    return built("ratslam_town")
 
 
 def call(*words):

@@ -43,7 +43,7 @@ class MapNode {
   /// @return names of the files
   std::string write(const std::string& file);
   void watch();
-  /// Processes what is possible, without waiting for silent streams where `wait` is false; publishes.
+  /// Processes the decisions that pass, and publishes.
   void drain(Passing which);
 
   ros::NodeHandle handle_;
