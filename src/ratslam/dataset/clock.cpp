@@ -44,7 +44,8 @@ std::optional<ClockJump> clockSetBack(const std::vector<std::pair<Stamp, std::st
       continue;
     }
     const Stamp step = stamps[i] - stamps[i - 1];
-    const bool goes_on = behind > 0 && step > 0 && step <= kMaxStep * usual;
+    // (step - 1) / kMaxStep < usual says step <= kMaxStep * usual, which a long step may overflow.
+    const bool goes_on = behind > 0 && step > 0 && (step - 1) / kMaxStep < usual;
     behind = goes_on ? behind + 1 : 1;
     if (!goes_on) begin = i;
     if (behind >= kMinBehind) return ClockJump{stamps[begin], latest - stamps[begin]};
