@@ -22,6 +22,11 @@ struct PixelFormat {
 /// than 8-bit mono, BGR, RGB, BGRA, RGBA (their order does not matter to the mean) and 16-bit mono.
 PixelFormat pixelFormat(const cv::Mat& image);
 
+/// Luminance in 8 bits, for all that looks at corners and patches; of 16 bits the upper ones, colours as
+/// blue, green, red (ITU-R BT.601). A grey image of 8 bits is returned as it is, its memory shared.
+/// @throws std::invalid_argument as pixelFormat does
+cv::Mat eightBitGrey(const cv::Mat& image);
+
 /// Sums of grey over a grid of equal blocks.
 struct BlockSums {
   int columns = 0;

@@ -1,11 +1,6 @@
-/// ORB features of one image for recall geometry: Rublee et al., "ORB: an efficient alternative to SIFT or
-/// SURF" (2011).
-///
-/// 1. Grey image of any pixel format, in 8 bits; shrunk where it has more pixels than features need.
-/// 2. FAST corners on each level of a pyramid. Cells of a grid give up their strongest corners in turn until
-///    there are enough, because the strongest of all cluster on foliage and the like.
-/// 3. Direction from the intensity centroid, descriptor by OpenCV's ORB.
-/// 4. Places become bearings (X/Z, Y/Z) in the camera frame (x right, y down, z forward), free of the lens.
+/// ORB features of one image for recall geometry: those of feature_extractor.h, in an order of which any number
+/// of the first ones covers the image, with their places as bearings (X/Z, Y/Z) in the camera frame (x right,
+/// y down, z forward), free of the lens. An image that has more pixels than features need is shrunk.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,11 +21,6 @@ struct RecallFeatures {
 };
 
 constexpr int kRecallDescriptorBytes = 32;
-
-/// @param image 8- or 16-bit with 1, 3 (BGR) or 4 (BGRA) channels, any row stride.
-/// @return 8-bit, 1 channel, memory of its own.
-/// @throws std::invalid_argument for an empty image or another pixel format
-cv::Mat recallGrey(const cv::Mat& image);
 
 /// @param grey 8-bit, 1 channel.
 /// @return at most `count` features, ordered such that the first n cover the image as well as n features can;

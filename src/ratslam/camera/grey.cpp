@@ -1,6 +1,7 @@
 #include "ratslam/camera/grey.h"
 
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <stdexcept>
 
@@ -60,6 +61,18 @@ PixelFormat pixelFormat(const cv::Mat& image) {
   message << "image: unsupported type " << cv::typeToString(image.type())
           << ", it must be CV_8UC1, CV_8UC3, CV_8UC4 or CV_16UC1";
   throw std::invalid_argument(message.str());
+}
+
+cv::Mat eightBitGrey(const cv::Mat& image) {
+  const PixelFormat format = pixelFormat(image);
+  if (image.type() == CV_8UC1) return image;
+  cv::Mat grey;
+  if (format.channels == 1) {
+    image.convertTo(grey, CV_8U, 255.0 / format.max_value);
+  } else {
+    cv::cvtColor(image, grey, format.channels == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
+  }
+  return grey;
 }
 
 BlockSums sumBlocks(const cv::Mat& image, const cv::Rect& region, int columns, int rows) {

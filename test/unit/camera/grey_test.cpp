@@ -92,6 +92,19 @@ TEST(SumBlocks, RefusesRegionsThatDoNotFit) {
   EXPECT_THROW(sumBlocks(image, cv::Rect(0, 0, 30, 20), 2, 0), std::invalid_argument);
 }
 
+TEST(EightBitGrey, IsTheSameFromEveryPixelFormat) {
+  const cv::Mat grey = randomBytes(24, 40, CV_8UC1, 5);
+  cv::Mat colour;
+  cv::Mat alpha;
+  cv::Mat deep;
+  cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(grey, alpha, cv::COLOR_GRAY2BGRA);
+  grey.convertTo(deep, CV_16U, 257.0);
+  for (const cv::Mat& image : {grey, colour, alpha, deep})
+    EXPECT_EQ(cv::norm(eightBitGrey(image), grey, cv::NORM_INF), 0.0) << cv::typeToString(image.type());
+  EXPECT_THROW(eightBitGrey(cv::Mat(4, 4, CV_32FC1)), std::invalid_argument);
+}
+
 TEST(PixelFormat, NamesWhatIsWrongWithAnImage) {
   EXPECT_EQ(messageOf(cv::Mat()), "image: it is empty");
   EXPECT_NE(messageOf(cv::Mat(4, 4, CV_32FC1, cv::Scalar(0))).find("unsupported type CV_32FC1"),

@@ -357,7 +357,7 @@ TEST_F(OrbOdometryOnAStreet, AnotherImageSizeIsAnErrorThatLeavesTheStateAlone) {
   OrbOdometry odometry(smallCamera(), metric());
   drive(odometry, 12, straight);
   EXPECT_THROW(odometry.track(stampFromSeconds(9.0), cv::Mat(100, 100, CV_8UC1)), std::invalid_argument);
-  EXPECT_THROW(odometry.track(stampFromSeconds(9.0), cv::Mat(160, 480, CV_16UC1)), std::invalid_argument);
+  EXPECT_THROW(odometry.track(stampFromSeconds(9.0), cv::Mat(160, 480, CV_32FC1)), std::invalid_argument);
   EXPECT_EQ(drive(odometry, 1, [](int) { return straight(12); }).back().state, OrbState::kTracking);
 }
 

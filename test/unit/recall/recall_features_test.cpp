@@ -60,25 +60,6 @@ TEST(RecallFeatures, MatchThemselvesUnderShiftAndRotation) {
   }
 }
 
-TEST(RecallFeatures, EveryPixelFormatGivesTheSameFeatures) {
-  const cv::Mat grey = picture();
-  const RecallFeatures expected = extractRecallFeatures(recallGrey(grey), RecallScene::camera(), 300);
-  cv::Mat colour;
-  cv::Mat alpha;
-  cv::Mat deep;
-  cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGR);
-  cv::cvtColor(grey, alpha, cv::COLOR_GRAY2BGRA);
-  grey.convertTo(deep, CV_16U, 257.0);
-  cv::Mat wide(240, 900, CV_8U, cv::Scalar(0));
-  grey.copyTo(wide.colRange(100, 740));
-  for (const cv::Mat& image : {colour, alpha, deep, cv::Mat(wide.colRange(100, 740))}) {
-    const RecallFeatures features = extractRecallFeatures(recallGrey(image), RecallScene::camera(), 300);
-    ASSERT_EQ(features.size(), expected.size());
-    EXPECT_EQ(cv::norm(features.descriptors, expected.descriptors, cv::NORM_L1), 0.0);
-    EXPECT_EQ(features.bearings, expected.bearings);
-  }
-}
-
 TEST(RecallFeatures, BearingsAreFreeOfTheLens) {
   CameraModel bent = RecallScene::camera();
   bent.model = LensModel::kPlumbBob;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "ratslam/camera/grey.h"
 #include "ratslam/common/angles.h"
 #include "ratslam/vision/rigid_transform.h"
 
@@ -109,7 +110,9 @@ void RecallGeometryEstimator::requireSize(const cv::Mat& image) const {
 
 RecallGeometryEstimator::Frame& RecallGeometryEstimator::present(Stamp stamp, const cv::Mat& image) {
   requireSize(image);
-  cv::Mat grey = recallGrey(image);
+  cv::Mat grey = eightBitGrey(image);
+  // The caller's memory changes with the next image.
+  if (grey.data == image.data) grey = grey.clone();
   if (!ring_.empty() && stamp < ring_.back().stamp) ring_.clear();
   if (!ring_.empty() && stamp == ring_.back().stamp) {
     Frame& last = ring_.back();

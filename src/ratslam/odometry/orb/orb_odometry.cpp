@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
+#include "ratslam/camera/grey.h"
 #include "ratslam/common/angles.h"
 #include "ratslam/common/params.h"
 #include "ratslam/odometry/orb/relocalisation.h"
@@ -93,12 +93,7 @@ cv::Mat OrbOdometry::checkedGrey(const cv::Mat& image) const {
                   "the camera's calibration is for " + std::to_string(camera_.width) + "x" +
                       std::to_string(camera_.height));
   }
-  if (image.type() == CV_8UC1) return image;
-  if (image.type() != CV_8UC3)
-    throwBadValue("image type", image.type(), "it must have 8 bits and 1 or 3 channels");
-  cv::Mat grey;
-  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  return grey;
+  return eightBitGrey(image);
 }
 
 OrbResult OrbOdometry::track(Stamp stamp, const cv::Mat& image, ImageQuality quality) {

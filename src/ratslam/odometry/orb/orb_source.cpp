@@ -8,14 +8,6 @@
 namespace ratslam {
 namespace {
 
-/// The odometry looks at 8 bits; a sensor's upper ones are those that matter.
-cv::Mat eightBits(const cv::Mat& image) {
-  if (image.depth() != CV_16U) return image;
-  cv::Mat converted;
-  image.convertTo(converted, CV_8U, 255.0 / 65535.0);
-  return converted;
-}
-
 std::vector<double> calibrationOf(const CameraModel& camera) {
   std::vector<double> numbers{static_cast<double>(camera.width),
                               static_cast<double>(camera.height),
@@ -37,7 +29,7 @@ OrbSource::OrbSource(const CameraModel& camera, const OrbOdometryParams& params)
 
 OdometrySample OrbSource::track(const ImageFrame& frame) {
   if (frame.begins_anew) odometry_.emplace(camera_, params_);
-  result_ = odometry_->track(frame.stamp, eightBits(frame.image), frame.quality);
+  result_ = odometry_->track(frame.stamp, frame.image, frame.quality);
   ++frames_;
   if (result_->state == OrbState::kTracking) ++tracked_;
   return result_->sample;
