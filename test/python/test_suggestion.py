@@ -2,12 +2,15 @@
 
 import math
 import os
+import subprocess
 import types
 
 import numpy as np
 import pytest
 
+from conftest import built
 from ratslam_tools.cli import reproduce_records, suggest_parameters
+from ratslam_tools.datasets import flat_yaml
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import suggestion
 from ratslam_tools.trajectory import frames, write_kitti
@@ -39,13 +42,13 @@ def test_bonnet_and_sky_are_cut_and_nothing_else():
 
 @pytest.mark.parametrize("speed, wanted", [(8.0, 2.0), (0.06, 0.015), (-8.0, 2.0)])
 def test_a_cell_is_crossed_in_a_few_frames(speed, wanted):
-    odometry = {"stamp": 0.1 * np.arange(100), "linear_x": np.where(np.arange(100) < 30, 0.0, speed)}
-    assert suggestion.cell_size(odometry) == pytest.approx(wanted)
+    speeds = np.where(np.arange(100) < 30, 0.0, speed)
+    assert suggestion.cell_size(0.1 * np.arange(100), speeds) == pytest.approx(wanted)
 
 
 def test_no_scale_without_motion():
     with pytest.raises(InputError, match="nothing moves"):
-        suggestion.cell_size({"stamp": np.arange(5.0), "linear_x": np.zeros(5)})
+        suggestion.cell_size(np.arange(5.0), np.zeros(5))
 
 
 def stand_in(critical, closes_at=0.2):
@@ -117,3 +120,19 @@ def test_records_of_the_sequences_that_are_there(tmp_path, drive, capsys):
 def test_suggestions_are_yaml_with_reasons(tmp_path):
     text = suggest_parameters.lines_of([("Because.", {"pc_cell_x_size": "2"}), ("Nothing.", {})])
     assert text == "# Because.\npc_cell_x_size: 2\n# Nothing.\n"
+
+
+def test_a_drive_with_our_own_odometry(tmp_path):
+    """The odometry that a run leaves has fields without a value; recalls by belief have no threshold to look for."""
+    run, town = built("ratslam_town")
+    drive = tmp_path / "town"
+    subprocess.run([town, "--out", drive, "--frames", "40", "--size", "620x188"], check=True, stdout=subprocess.DEVNULL)
+    config = tmp_path / "config.yaml"
+    config.write_text("vt_descriptor: orientation\nvt_recall: belief\nexp_scale: true\ncamera_height: 1.65\n")
+    wanted = ["--odometry", "orb", "--frames", "40", "--out", tmp_path / "runs", "--yaml", tmp_path / "found.yaml"]
+    words = [drive, "--config", config, "--ratslam_run", run, *wanted]
+    suggest_parameters.main(list(map(str, words)))
+    found = flat_yaml.read(str(tmp_path / "found.yaml"))
+    assert 0.5 <= float(found["pc_cell_x_size"]) <= 5.0 and "vt_match_threshold" not in found
+    text = (tmp_path / "found.yaml").read_text()
+    assert "Threshold: none decides" in text and "Injection: no loop closed" in text

@@ -4,6 +4,7 @@ import argparse
 import os
 
 from ratslam_tools import text_file
+from ratslam_tools.datasets.odometry_file import read_odometry
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import run_folder, runner, suggestion
 
@@ -28,7 +29,8 @@ def suggest(runs, source: str, frames: int) -> list:
     more = suggestion.crop(suggestion.sample_images(source, frames))
     add("What changes and shows something." if more else "Crop: the whole image tells places apart.", more)
     first = runs(settings)
-    cell = suggestion.cell_size(run_folder.read_columns(os.path.join(first.folder, "odometry.csv")))
+    odometry = read_odometry(os.path.join(first.folder, "odometry.csv"))
+    cell = suggestion.cell_size(odometry[:, 1], odometry[:, 2])
     add(
         f"Scale: a cell is crossed in about {suggestion.FRAMES_A_CELL:g} frames; places look the same within about one.",
         {"pc_cell_x_size": f"{cell:g}", "exp_recall_sigma": f"{cell:g}"},

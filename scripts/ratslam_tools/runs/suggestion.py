@@ -103,9 +103,11 @@ def _kept(shares: np.ndarray) -> Tuple[int, int]:
     return begin, end
 
 
-def cell_size(odometry: Dict[str, np.ndarray]) -> float:
-    """Edge of a pose cell, in the odometry's unit, as one digit. @throws InputError where nothing moves."""
-    speeds, periods = np.abs(odometry["linear_x"]), np.diff(odometry["stamp"])
+def cell_size(stamps: np.ndarray, speeds: np.ndarray) -> float:
+    """Edge of a pose cell, as one digit, in the unit of the speeds (per second), which may be negative.
+    @throws InputError where nothing moves.
+    """
+    speeds, periods = np.abs(speeds), np.diff(stamps)
     fast = float(np.quantile(speeds, 0.9)) if len(speeds) else 0.0
     if fast <= 0.0 or len(periods) == 0:
         raise InputError("the odometry says that nothing moves: no scale can be found; is it the right topic?")
