@@ -3,20 +3,24 @@
 
 Usage: document_commands.py SOURCE_TREE [--short] [--only DOCUMENT] [--list]
 
-Commands are the indented and the fenced `sh` lines whose first word is a program of ours or of ROS. They run in a scratch
-folder that looks like the source tree, beside small synthetic recordings under the names that documents use for a user's
-own: what is literal is the command, not the data. A comment before a block says why it cannot run anywhere:
+Commands are the indented and the fenced `sh` lines whose first word is a program of ours or of ROS, and indented Python that
+begins with an import. They run in a scratch folder that looks like the source tree, beside small synthetic recordings under
+the names that documents use for a user's own: what is literal is the command, not the data. A comment before a block says
+why it cannot run anywhere, or what it needs:
 
     <!-- not run: a robot -->        skipped, with that reason
     <!-- long -->                    skipped by --short: installs, builds or takes minutes
+    <!-- beside: COMMAND -->         that runs meanwhile, such as the nodes of which a service is called
 
 Two things are changed, and said: there is no display (rviz:=true becomes false), and what runs until it is stopped is
 stopped once it runs. Exits with 1 where a command fails.
 """
 import argparse
+import contextlib
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import signal
 import socket
@@ -25,10 +29,14 @@ import sys
 import tempfile
 import time
 
-OURS = re.compile(r"scripts/|build/|ratslam_\w+ |\. |source |(rosrun|roslaunch|rostopic|python3|cmake|parallel|sbatch|roscp) ")
+OURS = re.compile(
+    r"scripts/|build/|test/|[A-Z_]+=\S+ build/|ratslam_\w+ |\. |source |"
+    r"(rosrun|roslaunch|rostopic|rosservice|roscp|python3|cmake|parallel|sbatch|sqlite3) "
+)
+PYTHON = re.compile(r"import \w+|from \w+ import ")
 # They work on the source tree itself.
-BUILDS = re.compile(r"scripts/(setup|build|test|demo|benchmark|endurance)\b|cmake ")
-MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)) -->")
+BUILDS = re.compile(r"scripts/(setup|build|test|demo|benchmark|endurance)\b|test/|cmake ")
+MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)|beside: (?P<beside>.*?)) -->")
 COMMENT = re.compile(r"\s{2,}#.*$")
 TIMEOUT_S = 7200
 SETTLED_S = 20  # that a live launch must last
@@ -40,6 +48,10 @@ FATAL = re.compile(r"\[FATAL\]|has died|Traceback|REQUIRED process")
 class Block:
     def __init__(self, document, line, mark):
         self.document, self.line, self.mark, self.commands = document, line, mark, []
+
+    @property
+    def python(self):
+        return bool(self.commands and PYTHON.match(self.commands[0]))
 
 
 def blocks(tree, document):
@@ -58,7 +70,9 @@ def blocks(tree, document):
             mark = MARK.search(line) or (mark if not line.strip() else None)
         elif block is not None and block.commands and block.commands[-1].endswith("\\"):
             block.commands[-1] = block.commands[-1][:-1] + text.strip()
-        elif OURS.match(text):
+        elif block is not None and block.python:
+            block.commands[-1] += "\n" + text
+        elif OURS.match(text) or (indented and PYTHON.match(text)):
             if block is None:
                 block = Block(document, number, mark)
                 found.append(block)
@@ -97,7 +111,7 @@ class Sandbox:
                         "mv \"$(dirname phone/*/data_image.txt)\" '23-05-14 10:31:07'", "cp K/poses.txt 00.txt",
                         "cp K/poses.txt 02.txt", "cp K/times.txt times_00.txt", "mkdir -p out",
                         "ratslam_run K --config config/kitti.yaml --out first --save-map monday.db", "cp first/odometry.csv .",
-                        "ratslam_run K --config config/kitti.yaml --out second --save-map tuesday.db"):
+                        "ratslam_run K --config config/kitti.yaml --out second --save-map tuesday.db", "cp monday.db map.db"):
             done = self.run(command)
             if done.returncode:
                 raise SystemExit(f"stand-ins cannot be made: {command}\n{done.stdout}")
@@ -132,6 +146,17 @@ class Sandbox:
         text = log.read_text(encoding="utf-8")
         return lasted and not FATAL.search(text), text
 
+    @contextlib.contextmanager
+    def beside(self, command):
+        """What a block needs runs meanwhile; nothing for None."""
+        process = self.start(command) if command else None
+        if process:
+            time.sleep(SETTLED_S)
+        yield
+        if process:
+            process.send_signal(signal.SIGINT)
+            process.wait(60.0)
+
     def close(self):
         self.master.send_signal(signal.SIGINT)
         self.master.wait(30.0)
@@ -144,6 +169,8 @@ def is_live(command):
 def execute(sandbox, command):
     """@return (word for the table, output)"""
     shown = command.replace("rviz:=true", "rviz:=false")
+    if PYTHON.match(command):
+        shown = "python3 -c " + shlex.quote(command)
     try:
         if is_live(shown):
             good, output = sandbox.run_live(shown)
@@ -152,8 +179,33 @@ def execute(sandbox, command):
             good, output = done.returncode == 0, done.stdout
     except subprocess.TimeoutExpired as error:
         return f"FAILED after {error.timeout:.0f} s", str(error.stdout)
-    changed = " (rviz:=false)" if shown != command else ""
+    changed = " (rviz:=false)" if "rviz:=true" in command else ""
     return ("ok" if good else "FAILED") + changed, output
+
+
+def reason_to_skip(block, short):
+    """Why a block does not run; None for one that does."""
+    mark = block.mark.groupdict() if block.mark else {}
+    absent = next((word for word in (command.split()[0] for command in block.commands)
+                   if re.fullmatch(r"parallel|sbatch", word) and not shutil.which(word)), None)
+    if absent:
+        return absent + " is not installed"
+    long = mark.get("long") or any(BUILDS.match(command) for command in block.commands)
+    return mark.get("why") or ("long" if short and long else None)
+
+
+def run_block(sandbox, block):
+    """Runs the commands of a block and says how each went. @return number of those that failed"""
+    failed = 0
+    with sandbox.beside(block.mark and block.mark["beside"]):
+        for command in block.commands:
+            begin = time.monotonic()
+            word, output = execute(sandbox, command)
+            print(f"{block.document}:{block.line}: {word}, {time.monotonic() - begin:.0f} s: {command}", flush=True)
+            if word.startswith("FAILED"):
+                failed += 1
+                print("    " + "\n    ".join(output.splitlines()[-25:]), flush=True)
+    return failed
 
 
 def main():
@@ -170,28 +222,18 @@ def main():
     folder = pathlib.Path(tempfile.mkdtemp(prefix="documents_"))
     try:
         for block in [block for document in documents for block in blocks(tree, document)]:
-            mark = block.mark.groupdict() if block.mark else {"why": None, "long": None}
-            absent = next((word for word in (command.split()[0] for command in block.commands)
-                           if re.fullmatch(r"parallel|sbatch", word) and not shutil.which(word)), None)
-            why = (absent and absent + " is not installed") or mark["why"] or ("long" if mark["long"] and options.short else None)
-            for command in block.commands:
-                where = f"{block.document}:{block.line}"
-                reason = why or ("long" if options.short and BUILDS.match(command) else None)
-                if reason or options.list:
-                    print(f"{where}: {'skipped: ' + reason if reason else 'runs'}: {command}", flush=True)
-                    continue
-                sandbox = sandbox or Sandbox(tree, folder)
-                begin = time.monotonic()
-                word, output = execute(sandbox, command)
-                print(f"{where}: {word}, {time.monotonic() - begin:.0f} s: {command}", flush=True)
-                if word.startswith("FAILED"):
-                    failed += 1
-                    print("    " + "\n    ".join(output.splitlines()[-25:]), flush=True)
+            reason = reason_to_skip(block, options.short)
+            if reason or options.list:
+                for command in block.commands:
+                    print(f"{block.document}:{block.line}: {'skipped: ' + reason if reason else 'runs'}: {command}", flush=True)
+                continue
+            sandbox = sandbox or Sandbox(tree, folder)
+            failed += run_block(sandbox, block)
     finally:
         if sandbox:
             sandbox.close()
         shutil.rmtree(folder)
-    print(f"{failed} commands failed" if failed else "every command works")
+    print(f"{failed} commands failed" if failed else "nothing was run" if sandbox is None else "every command works")
     return 1 if failed else 0
 
 
