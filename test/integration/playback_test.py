@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 """A run is a function of the bag and the parameters: playback speed is not among its arguments."""
+import contextlib
 import json
 import os
 import shutil
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -13,6 +15,7 @@ import rostest
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
+import restart_trials as trials  # noqa: E402
 
 FRAMES = 110
 
@@ -65,19 +68,53 @@ class Playback(unittest.TestCase):
         self.assertEqual(self.run_offline(bag, "profile"), reference)
         self.assertEqual(self.in_two_parts(bag, "profile_parts", compressed="true"), reference)
 
-    def in_two_parts(self, bag, name, **arguments):
-        """The same, with all nodes ended in the middle, where no message is on its way, and started again."""
+    def in_two_parts(self, bag, name, rate=5, first=FRAMES // 2, **arguments):
+        """The same, with all nodes ended after that many images, where no message is on its way, and started again."""
         parts = [self.path(f"{name}_{part}.bag") for part in (1, 2)]
         images, ended = 0, False
-        with rosbag.Bag(bag) as whole, rosbag.Bag(parts[0], "w") as first, rosbag.Bag(parts[1], "w") as second:
+        with rosbag.Bag(bag) as whole, rosbag.Bag(parts[0], "w") as before, rosbag.Bag(parts[1], "w") as after:
             has_odometry = "/drive/odom" in whole.get_type_and_topic_info().topics
             for topic, message, at in whole.read_messages():
-                (second if ended else first).write(topic, message, at)
+                (after if ended else before).write(topic, message, at)
                 images += "image" in topic
-                ended = ended or images >= FRAMES // 2 and (topic.endswith("/odom") or not has_odometry)
+                ended = ended or images >= first and (topic.endswith("/odom") or not has_odometry)
         kept = {"map_dir": self.path(name + "_map"), "trajectory_file": self.path(name), **arguments}
-        self.play(parts[0], 5, **kept)
-        return self.play(parts[1], 5, **kept)
+        self.play(parts[0], rate, **kept)
+        return self.play(parts[1], rate, **kept)
+
+    def kept(self, name):
+        """What the nodes have kept in the end: the rows of templates, views, experiences and links."""
+        rows = {}
+        for part, tables in (("local_view", ["template"]), ("pose_cells", ["view_link", "pose_cell_experience"]),
+                             ("experience_map", ["experience", "link"])):
+            files = [f"{self.path(name)}/{part}.{turn}.db" for turn in ("a", "b")]
+            newest = max((file for file in files if os.path.exists(file)), key=self.stamp_of)
+            for table in tables:
+                with contextlib.closing(sqlite3.connect(newest)) as file:
+                    file.row_factory = sqlite3.Row
+                    rows[table] = [dict(row) for row in file.execute(f"SELECT * FROM {table} ORDER BY row_id")]
+        return rows
+
+    @staticmethod
+    def stamp_of(path):
+        with contextlib.closing(sqlite3.connect(path)) as file:
+            return file.execute("SELECT stamp FROM checkpoint").fetchone()[0]
+
+    def test_orb_odometry_in_two_parts_and_offline(self):
+        profile, self.config = self.config, self.path("orb.yaml")
+        harness.write_config(self.config, **trials.CONFIG, vt_descriptor="orientation", vt_recall="belief", exp_scale="true")
+        bag = self.path("orb.bag")
+        subprocess.run([harness.executable("ratslam_town"), "--out", bag, "--root", "drive", "--frames", "500", "--size", "620x188",
+                        "--jpeg-quality", "90"], check=True, stdout=subprocess.DEVNULL)
+        orb = {"odometry": "orb", "compressed": "true"}
+        reference = self.play(bag, 10, map_dir=self.path("orb_map"), **orb)
+        self.assertEqual(self.run_offline(bag, "orb"), reference)
+        # On ground that is seen again: with recalls, and with all the odometry's keyframes, before and after.
+        self.assertEqual(self.in_two_parts(bag, "orb_parts", 10, 465, **orb), reference)
+        whole = self.kept("orb_map")
+        self.assertLess(len(whole["template"]), 480, "little was recalled")
+        self.assertEqual(self.kept("orb_parts_map"), whole)
+        self.config = profile
 
     def test_odometry_stamped_between_the_images_at_every_rate_and_offline(self):
         bag = self.path("odometry.bag")
