@@ -2,6 +2,8 @@
 that did to the map. The rostest restarts.test and `scripts/endurance restarts` share it."""
 import math
 import os
+import re
+import signal
 import subprocess
 import sys
 import time
@@ -129,21 +131,22 @@ class Chain:
                 parameters["wait_for_subscribers"] = 1
             self.nodes[name] = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", **parameters)
         vo = self.odometry in NODES
+        taken_by = 3 if CONFIG.get("vt_recall") == "belief" else 2
         if not harness.wait_until(lambda: self.images.get_num_connections() == 1 + vo and (
-                vo or self.odom.get_num_connections() == 2) and all(s.get_num_connections() for s in self.listeners), 30.0):
+                vo or self.odom.get_num_connections() == taken_by) and all(s.get_num_connections() for s in self.listeners), 30.0):
             raise AssertionError("the nodes do not listen: " + self.words())
         time.sleep(0.5)  # the nodes among each other
 
-    def kill(self, *names):
+    def kill(self, *names, by=signal.SIGKILL):
         for name in names:
-            self.nodes[name].process.kill()
+            self.nodes[name].process.send_signal(by)
         for name in names:
             self.nodes[name].ended()
 
-    def restart(self, names, killed, back, rate=100.0):
+    def restart(self, names, killed, back, rate=100.0, by=signal.SIGKILL):
         """Kills nodes at one frame and starts them again at another."""
         self.drive(killed, rate)
-        self.kill(*names)
+        self.kill(*names, by=by)
         self.drive(back, rate, wait=False)
         time.sleep(0.5)  # what has been published is not for the new nodes
         self.start(*names)
@@ -168,6 +171,12 @@ class Chain:
 
     def words(self):
         return "\n".join(f"--- {name}\n{node.output()}" for name, node in self.earlier + list(self.nodes.items()))
+
+    def forgotten(self, name, killed):
+        """Time between the checkpoint that a node went on from and the last frame before it was killed [s]."""
+        (resumed,) = [line for line in self.nodes[name].lines if "resumed from the checkpoint at" in line]
+        at = re.search(r"checkpoint at (\d+)\.(\d{9})", resumed)
+        return (self.town.stamps[killed - 1] - rospy.Time(int(at[1]), int(at[2]))).to_sec()
 
     def false_recalls(self):
         """(views recalled, of these false; decisions for a known experience, of these false)."""
