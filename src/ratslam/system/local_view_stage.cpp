@@ -1,6 +1,7 @@
 #include "ratslam/system/local_view_stage.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "ratslam/common/state.h"
@@ -54,15 +55,17 @@ void LocalViewStage::setCamera(const CameraModel& camera) {
 
 SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
   if (!needsOdometry()) return SampleVerdict::kAccepted;
+  const std::uint64_t unmeasured = gate_.odometry().unmeasured();
   const SampleVerdict verdict = gate_.addOdometry(sample);
   if (verdict != SampleVerdict::kAccepted && verdict != SampleVerdict::kTimeWentBack) return verdict;
   const bool back = verdict == SampleVerdict::kTimeWentBack;
   if (back) certainties_.clear();
-  if (last_sample_ && sample.epoch != source_epoch_) ++epoch_;
+  const bool broken = gate_.odometry().unmeasured() > unmeasured;
+  if (broken || (last_sample_ && sample.epoch != source_epoch_)) ++epoch_;
   Certainty certainty;
   certainty.stamp = sample.stamp;
   certainty.epoch = epoch_;
-  if (sample.covariance && last_sample_ && !back) {
+  if (sample.covariance && last_sample_ && !back && !broken) {
     const double dt = secondsBetween(*last_sample_, sample.stamp);
     certainty.forward_variance = (*sample.covariance)(0, 0) * dt * dt;
     certainty.yaw_variance = (*sample.covariance)(5, 5) * dt * dt;
@@ -111,10 +114,13 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
   const auto steps = gate_.motionUntil(stamp);
   motion.assumed = steps.empty();
   motion.epoch = epoch_;
+  double unmeasured = 0.0;
   for (const TimedStep& timed : steps) {
     motion.forward += timed.step.forward;
     motion.rotation += timed.step.rotation;
+    if (timed.step.bridged && timed.step.covariance) unmeasured += (*timed.step.covariance)(0, 0);
   }
+  motion.unmeasured = std::sqrt(unmeasured);
   double forward_variance = 0.0;
   double yaw_variance = 0.0;
   bool said = !certainties_.empty();

@@ -93,5 +93,32 @@ TEST(PlaceBelief, AStreetThatLooksTheSameRoundTheCornerIsAnotherOne) {
   EXPECT_GT(confidenceRoundTheCorner(true), 0.9) << "a panoramic view does not turn";
 }
 
+/// What is believed of the place after a stretch, once the robot has come to the place before it again.
+double beliefBeyond(double unmeasured) {
+  constexpr std::uint32_t kStretch = 150;
+  PlaceBelief belief;
+  ViewMotion step;
+  step.forward = kStep;
+  for (std::uint32_t place = 0; place < kPlaces; ++place) {
+    if (place == kStretch && unmeasured > 0.0) ++step.epoch;
+    step.unmeasured = place == kStretch ? unmeasured : 0.0;
+    belief.move(step, 0.5);
+    belief.arrive(place);
+  }
+  belief.wakeUp();
+  step.epoch += 2;
+  for (std::size_t k = 120; k <= kStretch; ++k) {
+    belief.move(step, 0.5);
+    belief.weigh(alikeAround(k, 0), kPlaces);
+  }
+  const PlaceMass most = belief.strongest(1).front();
+  return most.place == kStretch ? most.mass : 0.0;
+}
+
+TEST(PlaceBelief, NoWayLeadsAcrossAStretchThatNobodyMeasured) {
+  EXPECT_GT(beliefBeyond(0.0), 0.9);
+  EXPECT_LT(beliefBeyond(40.0), 0.1);
+}
+
 }  // namespace
 }  // namespace ratslam

@@ -40,6 +40,28 @@ TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
   EXPECT_EQ(stage.drain().size(), 1U);
 }
 
+/// Who has slept knows no longer where the places are: it must not exclude those where the robot is now.
+TEST(LocalViewStage, ASilenceOfTheOdometryBreaksDeadReckoning) {
+  LocalViewParams params;
+  params.recall = "belief";
+  params.view_template.x_size = 60;
+  params.view_template.y_size = 10;
+  for (const auto& [silence, breaks] : {std::pair{1.0, 0U}, std::pair{4.0, 1U}}) {
+    LocalViewStage stage(params, RecallGeometryParams{});
+    OdometrySample sample;
+    sample.speed = 10.0;
+    for (int k = 0; k < 10; ++k) {
+      sample.stamp += kSecond / 10;
+      stage.addOdometry(sample);
+    }
+    sample.stamp += static_cast<Stamp>(silence * kSecond);
+    stage.addOdometry(sample);
+    State state;
+    stage.save(state);
+    EXPECT_EQ(state.child("streams").get<std::uint32_t>("epoch"), breaks) << silence;
+  }
+}
+
 TEST(LocalViewStage, ImagesOfAnotherSizeThanTheCalibrationsAreRefusedAndHarmNothing) {
   RecallGeometryParams recall;
   recall.verify = "orb";
