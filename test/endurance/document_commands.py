@@ -183,22 +183,22 @@ def execute(sandbox, command):
     return ("ok" if good else "FAILED") + changed, output
 
 
-def reason_to_skip(block, short):
-    """Why a block does not run; None for one that does."""
+def reason_to_skip(block, command, short):
+    """Why a command of a block does not run; None for one that does."""
     mark = block.mark.groupdict() if block.mark else {}
     absent = next((word for word in (command.split()[0] for command in block.commands)
                    if re.fullmatch(r"parallel|sbatch", word) and not shutil.which(word)), None)
     if absent:
         return absent + " is not installed"
-    long = mark.get("long") or any(BUILDS.match(command) for command in block.commands)
+    long = mark.get("long") or BUILDS.match(command)
     return mark.get("why") or ("long" if short and long else None)
 
 
-def run_block(sandbox, block):
+def run_block(sandbox, block, commands):
     """Runs the commands of a block and says how each went. @return number of those that failed"""
     failed = 0
     with sandbox.beside(block.mark and block.mark["beside"]):
-        for command in block.commands:
+        for command in commands:
             begin = time.monotonic()
             word, output = execute(sandbox, command)
             print(f"{block.document}:{block.line}: {word}, {time.monotonic() - begin:.0f} s: {command}", flush=True)
@@ -222,13 +222,16 @@ def main():
     folder = pathlib.Path(tempfile.mkdtemp(prefix="documents_"))
     try:
         for block in [block for document in documents for block in blocks(tree, document)]:
-            reason = reason_to_skip(block, options.short)
-            if reason or options.list:
-                for command in block.commands:
+            commands = []
+            for command in block.commands:
+                reason = reason_to_skip(block, command, options.short)
+                if reason or options.list:
                     print(f"{block.document}:{block.line}: {'skipped: ' + reason if reason else 'runs'}: {command}", flush=True)
-                continue
-            sandbox = sandbox or Sandbox(tree, folder)
-            failed += run_block(sandbox, block)
+                else:
+                    commands.append(command)
+            if commands:
+                sandbox = sandbox or Sandbox(tree, folder)
+                failed += run_block(sandbox, block, commands)
     finally:
         if sandbox:
             sandbox.close()
