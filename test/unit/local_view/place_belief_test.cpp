@@ -120,5 +120,25 @@ TEST(PlaceBelief, NoWayLeadsAcrossAStretchThatNobodyMeasured) {
   EXPECT_LT(beliefBeyond(40.0), 0.1);
 }
 
+/// Views of a loop that begins with a stretch learned twice: on the first lap, and at the end of it, before the robot knew
+/// that it was back. Another lap later it must know that stretch, not learn it once more, and once more with each lap.
+TEST(PlaceBelief, PlacesThatWereLeftALapAgoMayBeWhereTheRobotIs) {
+  PlaceBelief belief;
+  ViewMotion step;
+  step.forward = kStep;
+  for (std::uint32_t place = 0; place < kPlaces; ++place) {  // the last 20 lie where the first 20 do
+    belief.move(step, 0.5);
+    belief.arrive(place);
+  }
+  EXPECT_EQ(belief.leftBehind(alikeAround(kPlaces - 1, 15)), kPlaces - 16);
+  for (std::uint32_t place = 20; place < kPlaces - 20; ++place) {
+    belief.move(step, 0.5);
+    EXPECT_LT(belief.leftBehind(alikeAround(kPlaces - 1, 15)), place < 28 ? kPlaces - 9 : kPlaces + 1)
+        << place;
+    belief.arrive(place);
+  }
+  EXPECT_EQ(belief.leftBehind(alikeAround(kPlaces - 20, 1)), kPlaces);
+}
+
 }  // namespace
 }  // namespace ratslam

@@ -84,7 +84,8 @@ class PlaceBelief {
   std::optional<PlaceClaim> weigh(const ViewLikeness& likeness, std::size_t candidates);
 
   /// Candidates of a view while the robot maps: all but the last 10 learned and, from there back, all that
-  /// still look like the view: the robot has just left them.
+  /// still look like the view: the robot has just left them. Not those after which it has driven over known ground for
+  /// longer than 10 places take: it may be back.
   std::size_t leftBehind(const ViewLikeness& likeness) const;
 
   /// The robot is at this place, which may be the next new one; the way from the place before is remembered.
@@ -138,6 +139,7 @@ class PlaceBelief {
   DeadReckoning here_;
   std::optional<std::uint32_t> at_;  // place of the last view
   bool at_new_ = false;              // which that view was the first of
+  double step_ = 0.0;                // of the last move [m]
   double since_arrival_ = 0.0;       // way driven since [m]
   double novelty_since_arrival_ = 0.0;
   bool waking_ = false;         // no view since wakeUp()

@@ -86,6 +86,7 @@ void PlaceBelief::move(const ViewMotion& motion, double novelty) {
   // An odometry that still knows by itself how well it has predicted a stretch breaks nothing.
   const double unmeasured = motion.epoch != here_.epoch ? motion.unmeasured : 0.0;
   here_.epoch = motion.epoch;
+  step_ = std::abs(motion.forward);
   since_arrival_ += motion.forward;
   novelty_since_arrival_ += novelty;
   const double measured = motion.forward_variance ? std::sqrt(*motion.forward_variance) : by_default;
@@ -165,11 +166,20 @@ bool PlaceBelief::facesElsewhere(const PlaceVisit& then) const {
 std::size_t PlaceBelief::leftBehind(const ViewLikeness& likeness) const {
   if (likeness.places <= kJustLearned) return 0;
   const Spread spread = spreadOf(likeness);
-  std::size_t end = likeness.places - kJustLearned;
   const auto still = [&](std::size_t place) {
     return (static_cast<double>(likest(likeness, place)) - spread.mean) / spread.deviation > kStillLikeness;
   };
-  while (end > 0 && still(end - 1)) --end;
+  std::size_t end = likeness.places;
+  double learned = 0.0;  // way over which the places from the end on were learned
+  const auto left_long_ago = [&](std::size_t index) {
+    const auto place = static_cast<std::uint32_t>(index);
+    const PlaceVisit& visit = graph_.lastVisit(place);
+    learned += std::max(static_cast<double>(visit.to_next), 0.0);
+    const double elsewhere = here_.way - visit.way - learned;
+    return elsewhere > static_cast<double>(kJustLearned) * std::max(graph_.spacing(place), step_);
+  };
+  while (end > 0 && !left_long_ago(end - 1) && (end + kJustLearned > likeness.places || still(end - 1)))
+    --end;
   return end;
 }
 
