@@ -51,16 +51,24 @@ def test_no_scale_without_motion():
         suggestion.cell_size(np.arange(5.0), np.zeros(5))
 
 
+def laps_of(lap, followed, summary=None):
+    """Two laps of `lap` frames with the same views; in the second the map is at places of the first in the last frames of a loop."""
+    ids = np.tile(np.arange(lap), 2)
+    places = np.concatenate([np.arange(lap), np.where(np.arange(lap) < lap - followed, lap, 0) + np.arange(lap)])
+    actions = {"stamp": 0.1 * np.arange(2 * lap), "action": np.ones(2 * lap), "dest_id": places}
+    templates = {"stamp": 0.1 * np.arange(2 * lap), "template_id": ids}
+    return types.SimpleNamespace(summary=summary or {}, templates=templates, actions=actions)
+
+
 def stand_in(critical, closes_at=0.2):
     """Runs whose ratio of experiences to templates rises with the threshold and passes 1.5 at `critical`."""
 
     def runs(settings):
         threshold = float(settings.get("vt_match_threshold", 0.03))
         ratio = 1.0 + 0.5 * (threshold / critical) ** 2
-        loops = 1 if float(settings.get("pc_vt_inject_energy", 0)) >= closes_at else 0
-        found_map = types.SimpleNamespace(loop_ends=np.zeros((loops, 2)))
         counts = {"experiences": 1000 * ratio, "templates": 1000}
-        return types.SimpleNamespace(summary={"counts": counts}, map=found_map)
+        closes = float(settings.get("pc_vt_inject_energy", 0)) >= closes_at
+        return laps_of(100, 100 if closes else 0, summary={"counts": counts})
 
     return runs
 
@@ -83,6 +91,26 @@ def test_the_threshold_brings_the_ratio_where_it_is_wanted(critical):
 def test_the_threshold_is_that_of_what_recalls(descriptor, recall, key):
     run = types.SimpleNamespace(summary={"parameters": {"vt_descriptor": descriptor, "vt_recall": recall}})
     assert suggestion.threshold_key(run) == key
+
+
+def test_loops_are_stretches_of_views_that_come_back():
+    standing = np.repeat(np.arange(20), 100)
+    assert not suggestion.loops_of(standing), "whoever stands still has not come back"
+    ids = np.concatenate([np.arange(200), np.arange(10, 40), np.full(5, -1), np.arange(50, 60), np.arange(300, 400), [7, 8]])
+    (loop,) = suggestion.loops_of(ids)
+    assert list(loop[[0, -1]]) == [200, 244] and len(loop) == 40, "a short hole ends no loop; two frames make none"
+    thrice = suggestion.loops_of(np.tile(np.arange(100), 3))
+    assert sum(map(len, thrice)) == 200
+
+
+@pytest.mark.parametrize("frames", [0, 40, 100])
+def test_what_is_followed_is_the_share_of_a_loop(frames):
+    assert suggestion.followed(laps_of(100, frames)) == pytest.approx(frames / 100)
+
+
+def test_an_energy_that_closes_loops_late_is_not_enough():
+    late = {"0.05": 5, "0.1": 40}
+    assert suggestion.injection(lambda settings: laps_of(100, late.get(settings["pc_vt_inject_energy"], 95)), {}) == "0.15"
 
 
 def test_the_least_energy_that_closes_a_loop():

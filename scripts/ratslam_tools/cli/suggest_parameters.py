@@ -31,10 +31,7 @@ def suggest(runs, source: str, frames: int) -> list:
     first = runs(settings)
     odometry = read_odometry(os.path.join(first.folder, "odometry.csv"))
     cell = suggestion.cell_size(odometry[:, 1], odometry[:, 2])
-    add(
-        f"Scale: a cell is crossed in about {suggestion.FRAMES_A_CELL:g} frames; places look the same within about one.",
-        {"pc_cell_x_size": f"{cell:g}", "exp_recall_sigma": f"{cell:g}"},
-    )
+    add(f"Scale: a cell is crossed in about {suggestion.FRAMES_A_CELL:g} frames.", {"pc_cell_x_size": f"{cell:g}"})
     key = suggestion.threshold_key(first)
     if key is None:
         add("Threshold: none decides, recalls are a matter of belief (vt_recall).", {})
@@ -43,9 +40,9 @@ def suggest(runs, source: str, frames: int) -> list:
         add(f"Threshold: {ratio:.2f} experiences a template (between 1 and 2 is wanted).", {key: value})
     energy = suggestion.injection(runs, settings)
     if energy is None:
-        add("Injection: no loop closed in this stretch; the default stays. Try a stretch that comes back.", {})
+        add("Injection: no loop closed in these images; the default stays. Try some that come back to where they have been.", {})
     else:
-        add("Injection: the least energy that closes a loop.", {"pc_vt_inject_energy": energy})
+        add("Injection: the least energy with which the map follows the views that come back.", {"pc_vt_inject_energy": energy})
     return found
 
 

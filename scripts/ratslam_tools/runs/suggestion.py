@@ -4,7 +4,8 @@
 2. Scale: a pose cell is as wide as the robot moves in a few frames, so that the packet moves smoothly.
 3. Threshold: experiences : templates between 1 : 1 and 2 : 1. With fewer experiences every image is a place of its own;
    with more one view stands for many places.
-4. Injection: as little energy as closes the shortest loop; more lets single false recalls move the packet.
+4. Injection: as little energy as lets the pose cells follow the views that come back, on short loops as on long ones; more lets
+   single false recalls move the packet.
 """
 
 import math
@@ -24,6 +25,10 @@ LARGEST_CUT = 0.45  # of the image, from one side
 RATIO = (1.2, 1.8)  # wanted experiences : templates
 THRESHOLDS = (0.005, 0.3)
 ENERGIES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+LONG_AGO = 50  # frames: what was last seen so long ago comes back, and is no view of where the robot still is
+LEAST_LOOP = 5  # frames that come back, of which one loop consists at least; fewer may be false recalls
+HOLE = 10  # frames within a loop that do not come back
+ENOUGH = 0.9  # of what the best energy follows
 Runs = Callable[[Dict[str, str]], run_folder.Run]
 
 
@@ -148,10 +153,39 @@ def threshold(runs: Runs, settings: Dict[str, str], key: str, tries: int = 8) ->
     return best[1], best[2]
 
 
+def loops_of(ids: np.ndarray) -> List[np.ndarray]:
+    """Frames of each loop: stretches in which views come back. @param ids the view of each frame, -1 for none."""
+    last_new: Dict[int, int] = {}  # when a view was last seen without coming back
+    loops: List[List[int]] = []
+    for frame, view in enumerate(ids):
+        if view < 0:
+            continue
+        if view not in last_new or frame - last_new[view] <= LONG_AGO:
+            last_new[view] = frame
+        elif loops and frame - loops[-1][-1] <= HOLE:
+            loops[-1].append(frame)
+        else:
+            loops.append([frame])
+    return [np.array(loop) for loop in loops if len(loop) >= LEAST_LOOP]
+
+
+def followed(run: run_folder.Run) -> float:
+    """Sum over the loops of the share of their frames in which the map is at a place of long ago: 0 where nothing comes back."""
+    if run.templates is None or run.actions is None:
+        return 0.0
+    stamps, actions = run.templates["stamp"], run.actions
+    decided = actions["action"] > 0
+    places, when = actions["dest_id"][decided], np.searchsorted(stamps, actions["stamp"][decided])
+    made: Dict[float, int] = {}
+    for place, frame in zip(places, when):
+        made.setdefault(place, int(frame))
+    current = np.searchsorted(when, np.arange(len(stamps)), side="right") - 1
+    age = np.array([frame - made[places[row]] if row >= 0 else 0 for frame, row in enumerate(current)])
+    return float(sum(np.mean(age[loop] > LONG_AGO) for loop in loops_of(run.templates["template_id"])))
+
+
 def injection(runs: Runs, settings: Dict[str, str]) -> Optional[str]:
-    """The least energy with which a loop closes; None where none does, or none is driven."""
-    for energy in ENERGIES:
-        run = runs({**settings, "pc_vt_inject_energy": f"{energy:g}"})
-        if run.map is not None and len(run.map.loop_ends) > 0:
-            return f"{energy:g}"
-    return None
+    """The least energy that follows nearly as much as the best one; None where none follows anything."""
+    shares = [followed(runs({**settings, "pc_vt_inject_energy": f"{energy:g}"})) for energy in ENERGIES]
+    enough = ENOUGH * max(shares)
+    return next((f"{energy:g}" for energy, share in zip(ENERGIES, shares) if share >= enough > 0.0), None)
