@@ -12,6 +12,7 @@ import rosgraph
 import rosnode
 import rospy
 import rostest
+from sensor_msgs.msg import Image
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
@@ -90,6 +91,19 @@ class Launches(unittest.TestCase):
         self.assertTrue(rosnode.rosnode_ping("/ratslam_em", max_count=1))
         self.assertEqual(self.launch.interrupt(30.0), 0)
         self.assertFalse(self.master.hasParam("/use_sim_time"))
+
+    def test_a_playback_says_how_far_it_is_and_who_comes_late_sees_the_last_pictures(self):
+        topics = ["/drive/LocalView/View", "/drive/PoseCell/Activity", "/drive/ExperienceMap/Picture"]
+        seen = {}
+        early = [rospy.Subscriber(topic, Image, lambda message, topic=topic: seen.update({topic: message})) for topic in topics]
+        self.start(keep="true", rate=0.25)
+        self.assertTrue(self.launch.said("the nodes stay up", 90.0), self.launch.output())
+        self.assertRegex(self.launch.output(), r"[0-9]+ %: mapped [0-9]+ of 3 s")
+        for subscriber in early:
+            subscriber.unregister()
+        for topic in topics:
+            self.assertEqual(rospy.wait_for_message(topic, Image, 20.0).header.stamp, seen[topic].header.stamp)
+        self.assertEqual(self.launch.interrupt(30.0), 0)
 
     def test_a_bag_that_is_not_there_is_named_with_its_whole_path(self):
         self.assertNotEqual(self.start(bag="no.bag").ended(60.0), None, self.launch.output())
