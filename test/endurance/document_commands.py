@@ -35,7 +35,7 @@ OURS = re.compile(
 )
 PYTHON = re.compile(r"import \w+|from \w+ import ")
 # They work on the source tree itself.
-BUILDS = re.compile(r"scripts/(setup|build|test|demo|benchmark|endurance)\b|test/|cmake ")
+BUILDS = re.compile(r"scripts/(setup|build|test|demo|benchmark|endurance)\b|test/endurance|cmake ")
 MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)|beside: (?P<beside>.*?)) -->")
 COMMENT = re.compile(r"\s{2,}#.*$")
 TIMEOUT_S = 7200
@@ -86,7 +86,7 @@ class Sandbox:
 
     def __init__(self, tree, folder):
         self.tree, self.folder = tree, folder
-        for name in ("scripts", "config", "devel", "build", "docs", "launch"):
+        for name in ("scripts", "config", "devel", "build", "docs", "launch", "test"):
             (folder / name).symlink_to(tree / name)
         (folder / "home").mkdir()
         with socket.socket() as free:
