@@ -140,5 +140,40 @@ TEST(PlaceBelief, PlacesThatWereLeftALapAgoMayBeWhereTheRobotIs) {
   EXPECT_EQ(belief.leftBehind(alikeAround(kPlaces - 20, 1)), kPlaces);
 }
 
+/// Confidence at the twelfth of twenty places of a loop that were learned twice, on ways that part before them.
+double confidenceAmongTwins(bool said) {
+  constexpr std::uint32_t kTwins = 20;
+  PlaceBelief belief;
+  ViewMotion step;
+  step.forward = kStep;
+  step.rotation = 2.0 * M_PI / static_cast<double>(kPlaces - kTwins);
+  if (said) step.forward_variance = step.yaw_variance = 1e-6;
+  const auto drive = [&](std::uint32_t from, std::uint32_t to) {
+    for (std::uint32_t place = from; place < to; ++place) {
+      belief.move(step, 0.5);
+      belief.arrive(place);
+    }
+  };
+  drive(0, kPlaces - kTwins);
+  drive(0, kPlaces);  // the last ones new, where the first ones lie
+  const auto view = [](std::size_t place) {
+    ViewLikeness likeness = alikeAround(place, 0);
+    if (place < kTwins) likeness.values[kPlaces - kTwins + place] = 1.0F;
+    return likeness;
+  };
+  std::optional<PlaceClaim> claim;
+  for (std::uint32_t place = kTwins; place < kPlaces - kTwins + 12; ++place) {
+    belief.move(step, 0.5);
+    claim = belief.weigh(view(place % (kPlaces - kTwins)), kPlaces);
+    belief.arrive(claim && place > kPlaces - kTwins ? claim->place : place);
+  }
+  return claim ? claim->confidence : 0.0;
+}
+
+TEST(PlaceBelief, TwinsOfOneStretchOfRoadAreOnePlaceForWhoKnowsItsWay) {
+  EXPECT_GT(confidenceAmongTwins(true), PlaceBelief::kClaim);
+  EXPECT_LT(confidenceAmongTwins(false), PlaceBelief::kClaim);
+}
+
 }  // namespace
 }  // namespace ratslam

@@ -20,7 +20,9 @@
 ///      add up while it lasts. How far the view is moved sideways (the lane) is believed in the same way and
 ///      changes slowly; the lane of then is the likeliest at first.
 ///
-/// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief.
+/// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief. Who was at a known
+/// place and goes on from it to the next is where the belief is largest as soon as all known places together hold as much,
+/// if the odometry says how well it knows its way.
 #pragma once
 
 #include <cstdint>
@@ -124,6 +126,7 @@ class PlaceBelief {
   };
   static Spread spreadOf(const ViewLikeness& likeness);
   bool excluded(std::uint32_t place) const;
+  bool goesOnTo(std::uint32_t place) const;
   bool facesElsewhere(const PlaceVisit& then) const;
   void handOn(const PlaceMass& from, double driven, double sigma);
   void seed(const ViewLikeness& likeness, std::size_t candidates);

@@ -273,6 +273,8 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
     const auto found = std::lower_bound(active_.begin(), active_.end(), PlaceMass{place, 0.0}, byPlace);
     if (found != active_.end() && found->place == place) claim.confidence += found->mass;
   }
+  // Several places of one stretch of road, learned before the robot knew that it was there again, share the belief.
+  if (goesOnTo(claim.place)) claim.confidence = std::max(claim.confidence, 1.0 - unknown_);
   double sum = 0.0;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
     const double z = (static_cast<double>(likeness.row(v)[claim.place]) - spread.mean) / spread.deviation;
@@ -281,6 +283,19 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
   }
   for (double& weight : claim.variant_weights) weight /= sum;
   return claim;
+}
+
+/// Whether the robot was at a known place when it saw the last view, this place is on the way from there, and dead
+/// reckoning that says how well it knows does not exclude it: what looks alike elsewhere would be excluded.
+bool PlaceBelief::goesOnTo(std::uint32_t place) const {
+  if (!at_ || at_new_ || *at_ >= candidates_) return false;
+  const bool said = here_.forward_variance > 0.0 && here_.yaw_variance > 0.0;
+  if (!said || !measured_ || graph_.lastVisit(place).epoch != here_.epoch) return false;
+  const double reach = graph_.stretch(*at_, std::max(step_, 1e-9), candidates_) + 2.0 * step_;
+  if (std::abs(since_arrival_) > reach) return false;
+  std::vector<PlaceAhead> near;
+  graph_.around(*at_, reach, reach, near);
+  return std::any_of(near.begin(), near.end(), [&](const PlaceAhead& ahead) { return ahead.place == place; });
 }
 
 void PlaceBelief::arrive(std::uint32_t place) {
