@@ -42,6 +42,7 @@ def test_notebook(path, monkeypatch, tmp_path):
         except InputError:
             pytest.skip("ratslam_run is not built")
         monkeypatch.setenv("FRAMES", "60")
+        monkeypatch.setenv("SIZE", "620x188")
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     shown = []
 
