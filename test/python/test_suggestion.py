@@ -12,7 +12,7 @@ from conftest import built
 from ratslam_tools.cli import reproduce_records, suggest_parameters
 from ratslam_tools.datasets import flat_yaml
 from ratslam_tools.errors import InputError
-from ratslam_tools.runs import suggestion
+from ratslam_tools.runs import runner, suggestion
 from ratslam_tools.trajectory import frames, write_kitti
 
 
@@ -58,6 +58,30 @@ def laps_of(lap, followed, summary=None):
     actions = {"stamp": 0.1 * np.arange(2 * lap), "action": np.ones(2 * lap), "dest_id": places}
     templates = {"stamp": 0.1 * np.arange(2 * lap), "template_id": ids}
     return types.SimpleNamespace(summary=summary or {}, templates=templates, actions=actions)
+
+
+@pytest.mark.parametrize("words, value", [(["--a", "1"], "1"), (["--a=2"], "2"), (["--ab", "3"], None), (["--a"], None)])
+def test_options_that_are_passed_on_are_found(words, value):
+    assert runner.option(words, "--a") == value
+
+
+def test_images_are_turned_as_a_run_turns_them():
+    image = np.arange(6).reshape(2, 3)
+    assert (suggestion.turn([image], "90")[0] == [[3, 0], [4, 1], [5, 2]]).all()
+    assert (suggestion.turn([image], None)[0] == image).all()
+
+
+def test_the_images_of_a_bag_are_those_of_the_topic_that_is_named(tmp_path):
+    rosbag = pytest.importorskip("rosbag")
+    from cv_bridge import CvBridge
+
+    with rosbag.Bag(str(tmp_path / "two.bag"), "w") as bag:
+        for name, grey in (("/back", 10), ("/front", 200)):
+            bag.write(name, CvBridge().cv2_to_imgmsg(np.full((4, 5), grey, np.uint8), "mono8"))
+    for topic, grey in ((None, 10), ("/front", 200)):
+        assert suggestion.sample_images(str(tmp_path / "two.bag"), 10, topic=topic)[0].mean() == grey
+    with pytest.raises(InputError, match="no topic of images /left, but /back, /front"):
+        suggestion.sample_images(str(tmp_path / "two.bag"), 10, topic="/left")
 
 
 def stand_in(critical, closes_at=0.2):

@@ -96,6 +96,12 @@ def test_sweep_computes_orb_odometry_once_where_nothing_varied_can_change_it(
     assert sum(from_file in call for call in calls(program)) == (2 if runs_from_images == 1 else 0)
 
 
+def test_what_follows_two_dashes_is_passed_on(program, tmp_path):
+    more = ["--image-topic", "/front/image"]
+    sweep.main(sweep_words(program, tmp_path, "pc_vt_inject_energy=0.1,0.2") + ["--odometry", "orb", "--", *more])
+    assert len(calls(program)) == 3 and all(call.endswith(" ".join(more)) for call in calls(program))
+
+
 def test_among_equals_none_is_the_best(program, tmp_path, capsys):
     sweep.main(sweep_words(program, tmp_path, "other=1,2"))
     assert "all have the same ape.final.mean" in capsys.readouterr().out

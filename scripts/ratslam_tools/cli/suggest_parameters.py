@@ -18,15 +18,15 @@ def lines_of(found) -> str:
     return "\n".join(lines) + "\n"
 
 
-def suggest(runs, source: str, frames: int) -> list:
-    """(reason, settings) in the order in which they were found."""
+def suggest(runs, sampled: list) -> list:
+    """(reason, settings) in the order in which they were found. @param sampled images, as the camera sees them"""
     found, settings = [], {}
 
     def add(reason, more):
         settings.update(more)
         found.append((reason, more))
 
-    more = suggestion.crop(suggestion.sample_images(source, frames))
+    more = suggestion.crop(sampled)
     add("What changes and shows something." if more else "Crop: the whole image tells places apart.", more)
     first = runs(settings)
     odometry = read_odometry(os.path.join(first.folder, "odometry.csv"))
@@ -52,7 +52,7 @@ def main(argv=None) -> None:
         prog="suggest_parameters",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Proposes image crop, cell size, template threshold and injected energy for a recording, by runs over "
-        "its first minutes, and prints them as YAML with the reasons. docs/tuning.md explains them.",
+        "its first minutes, and prints them as YAML with the reasons. docs/tuning.md explains them. " + runner.PASSED_ON,
         epilog="examples:\n  suggest_parameters drive.bag --config robot.yaml --odometry topic > found.yaml\n"
         "  suggest_parameters dataset/sequences/00 --config config/kitti.yaml --out out/tuning",
     )
@@ -63,7 +63,8 @@ def main(argv=None) -> None:
     parser.add_argument("--out", default="out/tuning", metavar="DIR", help="folder for the runs (default: %(default)s)")
     parser.add_argument("--yaml", metavar="FILE", help="write the suggestion here, not to stdout")
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
-    arguments = parser.parse_args(argv)
+    own, more = runner.split(argv)
+    arguments = parser.parse_args(own)
     if arguments.frames < 10:
         raise InputError(f"--frames: {arguments.frames} is not allowed: at least 10")
     program = runner.find(arguments.ratslam_run)
@@ -73,14 +74,16 @@ def main(argv=None) -> None:
         name = "_".join(f"{key}={value}" for key, value in sorted(settings.items())) or "first"
         folder = os.path.join(arguments.out, name)
         words = runner.command(
-            program, arguments.input, arguments.config, folder, settings, odometry[0], arguments.frames
+            program, arguments.input, arguments.config, folder, settings, odometry[0], arguments.frames, more
         )
         run = run_folder.Run(runner.run_once(words, folder))
         if odometry[0] == "orb":  # behind the odometry nothing changes it
             odometry[0] = os.path.join(folder, "odometry.csv")
         return run
 
-    text = lines_of(suggest(runs, arguments.input, arguments.frames))
+    sampled = suggestion.sample_images(arguments.input, arguments.frames, topic=runner.option(more, "--image-topic"))
+    turned = suggestion.turn(sampled, runner.option(more, "--rotate"))
+    text = lines_of(suggest(runs, turned))
     if arguments.yaml is None:
         print(text, end="")
         return

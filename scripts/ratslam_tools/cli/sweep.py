@@ -17,7 +17,7 @@ def main(argv=None) -> None:
         description="Runs ratslam_run over a grid of parameters; writes sweep.csv (errors, counts and times of every run) "
         "and the goal over each parameter. "
         "ORB odometry is computed once where no varied parameter can change it. "
-        "Started again after an interruption, it computes only what is missing.",
+        "Started again after an interruption, it computes only what is missing. " + runner.PASSED_ON,
         epilog="examples:\n  sweep dataset/sequences/00 --config config/kitti.yaml --truth "
         "dataset/sequences/00 \\\n"
         "        --vary pc_vt_inject_energy=0.05:0.5:0.05 --out out/inject\n"
@@ -64,7 +64,9 @@ def main(argv=None) -> None:
     )
     parser.add_argument("--keep", action="store_true", help="keep every run's files, not only its figures")
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
-    arguments = parser.parse_args(argv)
+    own, more = runner.split(argv)
+    arguments = parser.parse_args(own)
+    arguments.more = more
     if arguments.jobs is not None and arguments.jobs < 1:
         raise InputError(f"--jobs: {arguments.jobs} is not allowed: at least 1")
     varied = [grid.parse_vary(text) for text in arguments.vary]
@@ -97,7 +99,7 @@ def compute(arguments, varied, points, goal):
 
     def words_of(settings, folder, kind):
         return runner.command(
-            program, arguments.input, arguments.config, folder, settings, kind, arguments.max_frames
+            program, arguments.input, arguments.config, folder, settings, kind, arguments.max_frames, arguments.more
         )
 
     if runner.odometry_can_be_shared(odometry, [key for key, _ in varied]):

@@ -3,8 +3,9 @@
 import os
 import shutil
 import subprocess
+import sys
 import threading
-from typing import Dict, List, Optional
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from ratslam_tools import SCRIPTS, evaluation
 from ratslam_tools.runs import run_folder
@@ -60,8 +61,9 @@ def command(
     settings: Optional[Dict[str, str]] = None,
     odometry: Optional[str] = None,
     max_frames: Optional[int] = None,
+    more: Sequence[str] = (),
 ) -> List[str]:
-    """The command line of one run."""
+    """The command line of one run. @param more options of ratslam_run as they are"""
     words = [program, source, "--config", config, "--out", out]
     if odometry is not None:
         words += ["--odometry", odometry]
@@ -69,7 +71,28 @@ def command(
         words += ["--max-frames", str(max_frames)]
     for key, value in (settings or {}).items():
         words += ["--set", f"{key}={value}"]
-    return words
+    return [*words, *more]
+
+
+# For the help of whatever takes such options.
+PASSED_ON = "What follows `--` is passed on to ratslam_run: `-- --image-topic /front/image`, `-- --calibration phone.yaml`."
+
+
+def split(argv: Optional[List[str]]) -> Tuple[List[str], List[str]]:
+    """Words of the command line (None: the process's) before `--`, and those behind, which are options of ratslam_run."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    end = words.index("--") if "--" in words else len(words)
+    return words[:end], words[end + 1 :]
+
+
+def option(words: Sequence[str], name: str) -> Optional[str]:
+    """The value that `--name VALUE` or `--name=VALUE` gives among the words."""
+    for word, following in zip(words, [*words[1:], None]):
+        if word == name:
+            return following
+        if word.startswith(name + "="):
+            return word[len(name) + 1 :]
+    return None
 
 
 def run_once(words: List[str], folder: str) -> str:

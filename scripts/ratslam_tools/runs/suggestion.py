@@ -32,10 +32,10 @@ ENOUGH = 0.9  # of what the best energy follows
 Runs = Callable[[Dict[str, str]], run_folder.Run]
 
 
-def sample_images(source: str, frames: int, count: int = 60) -> List[np.ndarray]:
-    """Grey images spread over the first `frames` of a folder or bag."""
+def sample_images(source: str, frames: int, count: int = 60, topic: Optional[str] = None) -> List[np.ndarray]:
+    """Grey images spread over the first `frames` of a folder or bag. @param topic of a bag; None: the first of images"""
     if source.endswith(".bag"):
-        return _sample_bag(source, frames, count)
+        return _sample_bag(source, frames, count, topic)
     for name in ("image_0", "images"):
         folder = os.path.join(source, name)
         if os.path.isdir(folder):
@@ -45,7 +45,13 @@ def sample_images(source: str, frames: int, count: int = 60) -> List[np.ndarray]
     raise InputError(f"{source}: neither a bag nor a folder with image_0/ or images/")
 
 
-def _sample_bag(path: str, frames: int, count: int) -> List[np.ndarray]:
+def turn(sampled: List[np.ndarray], degrees: Optional[str]) -> List[np.ndarray]:
+    """The images turned clockwise, as ratslam_run --rotate turns them."""
+    quarters = int(degrees) // 90 if degrees in ("90", "180", "270") else 0  # of others ratslam_run says what is wrong
+    return [np.rot90(image, -quarters) for image in sampled]
+
+
+def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> List[np.ndarray]:
     import cv2
     from cv_bridge import CvBridge, CvBridgeError
 
@@ -55,9 +61,11 @@ def _sample_bag(path: str, frames: int, count: int) -> List[np.ndarray]:
     with bags.reading(path) as bag:
         topics = bag.get_type_and_topic_info().topics
         kinds = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
-        named = [topic for topic, info in sorted(topics.items()) if info.msg_type in kinds]
+        images_of = [name for name, info in sorted(topics.items()) if info.msg_type in kinds]
+        named = [name for name in images_of if topic in (None, name) or name == f"{topic}/compressed"]
         if not named:
-            raise InputError(f"{path}: no topic of images")
+            there = f", but {', '.join(images_of)}" if images_of else ""
+            raise InputError(f"{path}: no topic of images{f' {topic}' if topic else ''}{there}")
         step = max(1, min(frames, topics[named[0]].message_count) // count)
         for number, (_, message, _) in enumerate(bag.read_messages(topics=named[:1])):
             if number >= frames:
