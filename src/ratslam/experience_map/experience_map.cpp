@@ -139,7 +139,7 @@ ExperienceMap::ExperienceMap(const ExperienceMapParams& params)
 }
 
 void ExperienceMap::start(Stamp stamp) {
-  current_since_ = clock_ ? stamp - (*clock_ - current_since_) : stamp;
+  current_since_ = stamp;  // no link goes across, so nobody asks for the stay before
   robot_.lost = current_.has_value();
   clock_ = stamp;
   record();
