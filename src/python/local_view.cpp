@@ -1,8 +1,32 @@
+#include <algorithm>
+
 #include "conversions.h"
 #include "module.h"
 #include "ratslam/local_view/local_view_cells.h"
 
 namespace ratslam::python {
+namespace {
+
+/// The cells, and the view they saw last.
+struct Cells {
+  LocalViewCells cells;
+  View seen;
+
+  explicit Cells(const LocalViewParams& params) : cells(params) {}
+
+  ViewEvent observe(Stamp stamp, const cv::Mat& image) {
+    seen = cells.describe(image);
+    return cells.observe(stamp, seen, image, ViewMotion::oneStep());
+  }
+};
+
+py::array_t<float> arrayFrom(const ViewLikeness& likeness) {
+  py::array_t<float> array({likeness.variants, likeness.places});
+  std::copy(likeness.values.begin(), likeness.values.end(), array.mutable_data());
+  return array;
+}
+
+}  // namespace
 
 void bindLocalView(py::module& module) {
   py::class_<ViewEvent>(module, "ViewEvent", "The view cell that an image made active.")
@@ -20,36 +44,41 @@ void bindLocalView(py::module& module) {
       .def_readonly("error", &ViewEvent::error, "of the best candidate, -1 where there was none")
       .def_readonly("learned", &ViewEvent::learned, "the template is new");
 
-  py::class_<LocalViewCells>(module, "LocalViewCells",
-                             R"(Each image makes one view cell active, a learned one or a new one.
+  py::class_<Cells>(module, "LocalViewCells",
+                    R"(Each image makes one view cell active, a learned one or a new one.
 
 Parameters by name: LocalViewCells(template_x_size=60, template_y_size=10, vt_match_threshold=0.04).)")
       .def(py::init([](const py::kwargs& keywords) {
-        return std::make_unique<LocalViewCells>(read<LocalViewParams>(keywords));
+        return std::make_unique<Cells>(read<LocalViewParams>(keywords));
       }))
       .def_property_readonly("parameters",
-                             [](const LocalViewCells& cells) { return dictionaryOf(cells.params()); })
+                             [](const Cells& cells) { return dictionaryOf(cells.cells.params()); })
       .def(
           "observe",
-          [](LocalViewCells& cells, const py::object& stamp, const py::array& image) {
+          [](Cells& cells, const py::object& stamp, const py::array& image) {
             return cells.observe(stampFrom(stamp), imageFrom(image));
           },
           py::arg("stamp"), py::arg("image"),
           "The view event of an image: (rows, columns) grey or (rows, columns, 3) BGR. An int stamp counts "
           "nanoseconds, a float seconds.")
-      .def("__len__", &LocalViewCells::size, "Number of learned templates.")
+      .def(
+          "__len__", [](const Cells& cells) { return cells.cells.size(); }, "Number of learned templates.")
       .def(
           "template",
-          [](const LocalViewCells& cells, std::uint32_t id) { return arrayFrom(cells.templateImage(id)); },
+          [](const Cells& cells, std::uint32_t id) { return arrayFrom(cells.cells.templateImage(id)); },
           py::arg("id"), "A template as a picture, (rows, columns) of uint8.")
       .def_property_readonly(
-          "view", [](const LocalViewCells& cells) { return arrayFrom(cells.viewImage()); },
+          "view", [](const Cells& cells) { return arrayFrom(cells.cells.viewImage()); },
           "The present view as a picture.")
-      .def_property_readonly("memory_bytes", &LocalViewCells::memoryBytes)
+      .def_property_readonly("memory_bytes", [](const Cells& cells) { return cells.cells.memoryBytes(); })
+      .def_property_readonly(
+          "likeness", [](Cells& cells) { return arrayFrom(cells.cells.likeness(cells.seen)); },
+          "How like the last image each template is, (shifts, templates) of float32, more is more alike: the "
+          "graded activity of equation (3).")
       .def(
-          "save", [](const LocalViewCells& cells) { return save(cells); }, "The state as bytes.")
+          "save", [](const Cells& cells) { return save(cells.cells); }, "The state as bytes.")
       .def(
-          "load", [](LocalViewCells& cells, const py::bytes& bytes) { cells.load(stateFrom(bytes)); },
+          "load", [](Cells& cells, const py::bytes& bytes) { cells.cells.load(stateFrom(bytes)); },
           py::arg("state"));
 }
 

@@ -131,14 +131,6 @@ LocalViewParams parametersOf(const Options& options) {
   return params;
 }
 
-/// One step on, as far as anybody knows.
-ViewMotion step() {
-  ViewMotion motion;
-  motion.forward = 1.0;
-  motion.assumed = true;
-  return motion;
-}
-
 /// Learned places and what is asked of them.
 class Places {
  public:
@@ -189,7 +181,7 @@ class Places {
   /// The robot moves on to a view, without learning it.
   void moveOn(const View& view) {
     const double novelty = before_.variants.empty() ? 1.0 : pair_.matcher->novelty(view, before_);
-    belief_.move(step(), novelty);
+    belief_.move(ViewMotion::oneStep(), novelty);
     before_ = view;
   }
   std::size_t size() const { return pair_.matcher->size(); }

@@ -45,6 +45,18 @@ def test_packets_move_along_their_heading_and_turn():
     assert network.estimate.th == pytest.approx(27, abs=0.3)
 
 
+@pytest.mark.parametrize("descriptor", ["blocks", "orientation"])
+def test_likeness_is_largest_where_the_view_was_learned(descriptor):
+    sizes = {"template_x_size": 32, "template_y_size": 8, "vt_shift_match": 2}
+    cells = ratslam.LocalViewCells(vt_descriptor=descriptor, vt_match_threshold=0.0, **sizes)
+    assert cells.likeness.size == 0
+    images = np.random.default_rng(1).integers(0, 256, (5, 120, 320), np.uint8)
+    for frame, image in enumerate(images):
+        cells.observe(frame, image)
+    assert cells.likeness.shape[1] == len(cells) == 5 and cells.likeness.dtype == np.float32
+    assert cells.likeness.max(axis=0).argmax() == 4
+
+
 def test_a_state_saved_goes_on_as_if_it_had_never_stopped():
     whole, first = (ratslam.PoseCellNetwork(pc_dim_xy=11) for _ in range(2))
     for network in (whole, first):

@@ -64,6 +64,10 @@ class LocalViewCells {
   /// Both, each image counting as one step on.
   ViewEvent observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier = nullptr);
 
+  /// How like a view each learned view is: the graded activity V_i that equation (3) asks for before one cell
+  /// is chosen.
+  ViewLikeness likeness(const View& view);
+
   /// The next image may have another size than those before; learned views stay, as they have a size of their
   /// own.
   void acceptAnotherSize() { image_size_ = cv::Size(); }

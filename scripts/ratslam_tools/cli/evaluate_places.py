@@ -78,7 +78,7 @@ def _count(path):
     return sum(1 for name in os.listdir(path) if not name.startswith("."))
 
 
-def _truth(path):
+def read_truth(path):
     rows = np.loadtxt(path, ndmin=2)
     if rows.shape[1] != 12:
         raise InputError(f"{path}: {rows.shape[1]} numbers a line; KITTI poses have 12")
@@ -92,7 +92,7 @@ def _report_open(arguments, answers, until):
     """
     recalls = answers.claimed & (answers.frame - answers.place >= arguments.min_gap)
     if arguments.truth:
-        right, possible = places.by_truth(answers, *_truth(arguments.truth), arguments.radius, arguments.min_gap)
+        right, possible = places.by_truth(answers, *read_truth(arguments.truth), arguments.radius, arguments.min_gap)
     else:
         first = _count(arguments.ref)
         possible = answers.frame >= first
@@ -121,7 +121,7 @@ def _report(arguments, answers):
     if arguments.query:
         right, possible = places.by_index(answers, arguments.tolerance)
     elif arguments.truth:
-        right, possible = places.by_truth(answers, *_truth(arguments.truth), arguments.radius, arguments.min_gap)
+        right, possible = places.by_truth(answers, *read_truth(arguments.truth), arguments.radius, arguments.min_gap)
     else:
         raise InputError("one recording needs --truth")
     scores = places.score(answers, right, possible)

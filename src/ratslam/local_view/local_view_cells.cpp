@@ -123,10 +123,13 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& 
 }
 
 ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier) {
-  ViewMotion step;
-  step.forward = 1.0;
-  step.assumed = true;
-  return observe(stamp, describe(image), image, step, verifier);
+  return observe(stamp, describe(image), image, ViewMotion::oneStep(), verifier);
+}
+
+ViewLikeness LocalViewCells::likeness(const View& view) {
+  ViewLikeness likeness;
+  pair_.matcher->compareAll(view, likeness);
+  return likeness;
 }
 
 void LocalViewCells::save(State& state) const {

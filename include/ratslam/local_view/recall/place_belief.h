@@ -47,6 +47,13 @@ struct ViewMotion {
   double unmeasured = 0.0;
   /// Not measured: each view counts as one step on, and dead reckoning excludes nothing.
   bool assumed = false;
+
+  static ViewMotion oneStep() {
+    ViewMotion motion;
+    motion.forward = 1.0;
+    motion.assumed = true;
+    return motion;
+  }
 };
 
 /// The place most believed in.
