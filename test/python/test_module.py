@@ -47,7 +47,7 @@ def test_packets_move_along_their_heading_and_turn():
 
 @pytest.mark.parametrize("descriptor", ["blocks", "orientation"])
 def test_likeness_is_largest_where_the_view_was_learned(descriptor):
-    sizes = {"template_x_size": 32, "template_y_size": 8, "vt_shift_match": 2}
+    sizes = {"template_x_size": 32, "template_y_size": 8, "vt_shift_match": 2, "vt_step_match": 1}
     cells = ratslam.LocalViewCells(vt_descriptor=descriptor, vt_match_threshold=0.0, **sizes)
     assert cells.likeness.size == 0
     images = np.random.default_rng(1).integers(0, 256, (5, 120, 320), np.uint8)

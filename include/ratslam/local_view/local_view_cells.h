@@ -65,7 +65,7 @@ class LocalViewCells {
   ViewEvent observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier = nullptr);
 
   /// How like a view each learned view is: the graded activity V_i that equation (3) asks for before one cell
-  /// is chosen.
+  /// is chosen. Of a view of no image: nothing.
   ViewLikeness likeness(const View& view);
 
   /// The next image may have another size than those before; learned views stay, as they have a size of their

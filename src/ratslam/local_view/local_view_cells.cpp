@@ -128,7 +128,7 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const cv::Mat& image, RecallVerif
 
 ViewLikeness LocalViewCells::likeness(const View& view) {
   ViewLikeness likeness;
-  pair_.matcher->compareAll(view, likeness);
+  if (!view.variants.empty()) pair_.matcher->compareAll(view, likeness);
   return likeness;
 }
 
