@@ -2,16 +2,14 @@
 /// refuses is counted and reported. A sample that cannot be processed never ends a node (message_guard.h).
 ///
 /// What a sample says of itself beyond nav_msgs/Odometry comes on a topic beside it (odom -> odom_quality).
-/// Where somebody advertises that topic when the first sample comes, every sample waits for its quality, told
-/// by the stamp; a quality of a later stamp, or a silence of sync_timeout, says that it was lost on the way.
+/// Where somebody advertises that topic when the first sample comes, every sample waits for its quality
+/// (quality_pairing.h); a silence of sync_timeout says that it was lost on the way.
 #pragma once
 
 #include <nav_msgs/Odometry.h>
 #include <ros/node_handle.h>
 
-#include <deque>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 
@@ -19,6 +17,7 @@
 #include "ratslam_ros/OdometryQuality.h"
 #include "ratslam_ros/support/counted_warning.h"
 #include "ratslam_ros/support/message_guard.h"
+#include "ratslam_ros/support/quality_pairing.h"
 #include "ratslam_ros/support/stream_watch.h"
 
 namespace ratslam {
@@ -52,8 +51,7 @@ class OdometrySubscriber {
   std::string frame_;
   MessageGuard guard_;
   std::optional<bool> with_quality_;  ///< once the first sample has come
-  std::deque<OdometrySample> samples_;
-  std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;
+  QualityPairing pairing_;
   std::optional<std::uint32_t> epoch_;  ///< of the sample before
   SyncTimeout silence_;
   CountedWarning started_anew_;

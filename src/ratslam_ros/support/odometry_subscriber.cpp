@@ -5,13 +5,6 @@
 #include "ratslam_ros/support/conversions.h"
 
 namespace ratslam {
-namespace {
-
-/// Qualities of samples that never come are forgotten beyond this many.
-constexpr std::size_t kMostQualities = 10000;
-
-}  // namespace
-
 OdometrySubscriber::OdometrySubscriber(const ros::NodeHandle& handle, const std::string& topic,
                                        double sync_timeout, Handler handler)
     : handle_(handle),
@@ -31,7 +24,7 @@ void OdometrySubscriber::start() {
 
 void OdometrySubscriber::watchStreams() {
   watch_.warnIfItNeverCame();
-  if (!silence_.expired(!samples_.empty())) return;
+  if (!silence_.expired(pairing_.waits())) return;
   without_quality_.report(watch_.topic() + "_quality is silent: odometry is taken without it");
   guard_.run(watch_.topic(), [this] { drain(false); });
 }
@@ -40,10 +33,7 @@ void OdometrySubscriber::onQuality(const ratslam_ros::OdometryQuality& message) 
   with_quality_ = true;
   silence_.messageArrived();
   requireUsable(message);
-  const Stamp stamp = stampFromRos(message.header.stamp);
-  qualities_.erase(qualities_.upper_bound(stamp), qualities_.end());  // time has gone back
-  qualities_[stamp] = message;
-  if (qualities_.size() > kMostQualities) qualities_.erase(qualities_.begin());
+  pairing_.addQuality(message);
   drain(true);
 }
 
@@ -52,23 +42,12 @@ void OdometrySubscriber::onSample(const nav_msgs::Odometry& message) {
   frame_ = message.header.frame_id;
   if (!frame_.empty() && frame_.front() == '/') frame_.erase(0, 1);
   if (!with_quality_) with_quality_ = isPublished(watch_.topic() + "_quality");
-  samples_.push_back(odometryFromMessage(message));
+  pairing_.addSample(odometryFromMessage(message));
   drain(*with_quality_);
 }
 
 void OdometrySubscriber::drain(bool wait) {
-  while (!samples_.empty()) {
-    OdometrySample sample = samples_.front();
-    const auto quality = qualities_.find(sample.stamp);
-    if (quality != qualities_.end()) {
-      addQuality(quality->second, sample);
-      qualities_.erase(quality);
-    } else if (wait && (qualities_.empty() || qualities_.rbegin()->first < sample.stamp)) {
-      return;
-    }
-    samples_.pop_front();
-    handOn(sample);
-  }
+  while (const std::optional<OdometrySample> sample = pairing_.next(wait)) handOn(*sample);
 }
 
 void OdometrySubscriber::handOn(const OdometrySample& sample) {
