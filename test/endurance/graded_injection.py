@@ -1,12 +1,16 @@
 #!/usr/bin/python3
-"""Equation (3) with all view cells at once: every learned view injects at its pose cells as far as it looks like the present one, and
-the attractor, moved by odometry, decides where the robot is. Prints what is recalled in that way, beside scripts/evaluate_places,
-which asks `vt_recall: belief` the same questions in the same measure.
+"""Equation (3) with all view cells at once: every learned view injects at its pose cells as far as it looks like the
+present one, and the attractor, moved by odometry, decides where the robot is. Prints what is recalled in that way, beside
+scripts/evaluate_places, which asks `vt_recall: belief` the same questions in the same measure.
 
-One recording (KITTI folder, ORB odometry, --truth), or a pass of a route and another one of it, image for image, each image one metre on.
-Each frame: the network takes the odometry's step; learned views older than --min-gap, of two passes those of the first, inject --energy in all, view i the share
-exp(s z_i) of it (z: likeness standardised over them, s: --sharpness; one more share is that of a place not yet known, z = 0.8);
-the packet's new place is the answer: of the views learned within a cell of it, the one most alike, as sure as these views' shares."""
+One recording (KITTI folder, ORB odometry, --truth), or a pass of a route and another one of it, image for image, each
+image one metre on.
+
+Each frame: the network takes the odometry's step; learned views older than --min-gap, of two passes those of the first,
+inject --energy in all, view i the share exp(s z_i) of it (z: likeness standardised over them, s: --sharpness; one more
+share is that of a place not yet known, UNKNOWN_Z); the packet's new place is the answer: of the views learned within a cell
+of it, the one most alike, as sure as these views' shares.
+"""
 import argparse
 import os
 import sys
@@ -22,13 +26,13 @@ import cv2  # noqa: E402
 import ratslam  # noqa: E402
 import yaml  # noqa: E402
 
-from ratslam_tools.cli.evaluate_places import read_truth  # noqa: E402
 from ratslam_tools.datasets.images import list_images  # noqa: E402
 from ratslam_tools.datasets.odometry_file import read_odometry  # noqa: E402
+from ratslam_tools.datasets.truth import read_plane_poses  # noqa: E402
 from ratslam_tools.evaluation import places  # noqa: E402
 from ratslam_tools.runs import runner  # noqa: E402
 
-UNKNOWN_Z = 0.8
+UNKNOWN_Z = 0.8  # likeness, standardised, of a place not yet known
 WITHIN = 1.0  # cells from the packet
 
 
@@ -109,25 +113,27 @@ def main():
         ways = np.stack([np.arange(len(first) + len(second)), np.zeros(len(first) + len(second))], axis=1)
         rows, learned_at = likenesses(first + second, config)
         last_old = np.repeat([-1, len(first) - 1], [len(first), len(second)])
+        first_asked = len(first)
     else:
         ways = odometry_of(options, np.loadtxt(os.path.join(options.recording, "times.txt")))
         rows, learned_at = likenesses(list_images(os.path.join(options.recording, "image_0")), config)
         last_old = np.arange(len(rows)) - options.min_gap
+        first_asked = 0
     print("| energy | sharpness | right at rank 1 | AUC | recall at 100 % precision |\n|---|---|---|---|---|")
     for energy in options.energy:
         for sharpness in options.sharpness:
-            scores = judged(options, answers_of(rows, learned_at, ways, last_old, config, energy, sharpness))
+            scores = judged(options, answers_of(rows, learned_at, ways, last_old, config, energy, sharpness), first_asked)
             print(f"| {energy:g} | {sharpness:g} | {100 * scores.right_at_1:.1f} % | {100 * scores.auc:.1f} | "
                   f"{100 * scores.recall_at_100:.1f} % |", flush=True)
 
 
-def judged(options, answers):
+def judged(options, answers, first_asked):
+    """first_asked: frame of the first question, that of the second pass."""
     if not options.query:
-        truth = read_truth(options.truth)
+        truth = read_plane_poses(options.truth)
         return places.score(answers, *places.by_truth(answers, *truth, options.radius, options.min_gap))
-    first = len(list_images(options.recording))
-    asked = answers.frame >= first
-    answers = places.Answers(answers.frame[asked] - first, answers.place[asked], answers.score[asked], answers.claimed[asked])
+    asked = answers.frame >= first_asked
+    answers = places.Answers(answers.frame[asked] - first_asked, answers.place[asked], answers.score[asked], answers.claimed[asked])
     return places.score(answers, *places.by_index(answers, options.tolerance))
 
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""Maps the first frames of a recording, then wakes up at many of its later frames that see mapped places again, without knowing where,
-and prints how often the place was found, after how many frames, and how often it was taken for another. Exits with 1 where it was.
+"""Maps the first frames of a recording, then wakes up at many of its later frames that see mapped places again, without
+knowing where, and prints how often the place was found, after how many frames, and how often it was taken for another.
+Exits with 1 where it was.
 
 A place counts as found with the first recall, and as another one where the true poses lie farther than --radius apart."""
 import argparse
@@ -13,17 +14,12 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "scripts"))
 
+from ratslam_tools.datasets.truth import read_plane_poses  # noqa: E402
 from ratslam_tools.errors import InputError  # noqa: E402
 from ratslam_tools.runs import runner  # noqa: E402
 
 CREATED, RECALLED = "1", ("2", "3")
 CLOSE = 50  # frames
-
-
-def truth(path):
-    """Positions [m] and headings [rad] of KITTI poses."""
-    poses = np.loadtxt(path, ndmin=2).reshape(-1, 3, 4)
-    return np.stack([poses[:, 2, 3], -poses[:, 0, 3]], axis=1), np.arctan2(-poses[:, 0, 2], poses[:, 2, 2])
 
 
 def actions(folder):
@@ -32,8 +28,9 @@ def actions(folder):
 
 
 def revisits(options, positions, headings):
-    """Later frames that lie within half the radius of a mapped one, and face as it does: evenly spaced ones. What follows the end
-    of the map at once goes on in it, knowing where it is, and what is near its end alone does not come back."""
+    """Later frames that lie within half the radius of a mapped one, and face as it does: evenly spaced ones. What follows the
+    end of the map at once goes on in it, knowing where it is, and what is near its end alone does not come back.
+    """
     mapped = slice(0, max(options.map_frames - CLOSE, 0))
     found = []
     for frame in range(options.map_frames + CLOSE, len(positions) - options.frames):
@@ -46,7 +43,7 @@ def revisits(options, positions, headings):
 
 
 def run(options, folder):
-    positions, headings = truth(options.truth)
+    positions, headings = read_plane_poses(options.truth)
     with open(os.path.join(options.recording, "times.txt"), encoding="utf-8") as file:
         times = np.array([float(line) for line in file])
 

@@ -161,6 +161,19 @@ def test_truth_finds_its_times(tmp_path, drive, layout):
         truth.read_truth(str(poses))
 
 
+def test_truth_by_the_frame_is_seen_from_above_and_names_what_is_none(tmp_path):
+    path = tmp_path / "poses.txt"
+    # The camera looks along z; 3 m ahead, 2 m to the right, turned left by a quarter.
+    path.write_text("0 0 -1 2 0 1 0 0 1 0 0 3\n")
+    positions, headings = truth.read_plane_poses(str(path))
+    np.testing.assert_allclose(positions, [[3.0, -2.0]])
+    np.testing.assert_allclose(headings, [np.pi / 2])
+    for text, reason in (("1 2 3\n", "KITTI poses have 12"), ("north\n", "poses.txt:1: not a number"), ("", "no poses")):
+        path.write_text(text)
+        with pytest.raises(InputError, match=reason):
+            truth.read_plane_poses(str(path))
+
+
 def test_runner_is_looked_for_and_its_absence_explained(tmp_path, monkeypatch, program):
     monkeypatch.setenv("PATH", str(tmp_path))
     program.rename(tmp_path / "ratslam_run")

@@ -14,8 +14,8 @@ namespace ratslam {
 
 class QualityPairing {
  public:
-  void addSample(const OdometrySample& sample) { samples_.push_back(sample); }
-  void addQuality(const ratslam_ros::OdometryQuality& quality);
+  void hearSample(const OdometrySample& sample) { samples_.push_back(sample); }
+  void hearQuality(const ratslam_ros::OdometryQuality& quality);
 
   /// The next sample, with its quality where that has come.
   /// @param wait  for a quality that may still come: then nothing may be returned while samples wait. A quality of

@@ -8,6 +8,7 @@ import tempfile
 import numpy as np
 
 from ratslam_tools import plotting
+from ratslam_tools.datasets.truth import read_plane_poses
 from ratslam_tools.errors import InputError
 from ratslam_tools.evaluation import places
 from ratslam_tools.runs import runner
@@ -78,21 +79,13 @@ def _count(path):
     return sum(1 for name in os.listdir(path) if not name.startswith("."))
 
 
-def read_truth(path):
-    rows = np.loadtxt(path, ndmin=2)
-    if rows.shape[1] != 12:
-        raise InputError(f"{path}: {rows.shape[1]} numbers a line; KITTI poses have 12")
-    poses = rows.reshape(-1, 3, 4)
-    return np.stack([poses[:, 2, 3], -poses[:, 0, 3]], axis=1), np.arctan2(-poses[:, 0, 2], poses[:, 2, 2])
-
-
 def _report_open(arguments, answers, until):
     """The system's own recalls of what it did not see just before. A place is right for all the images that it was the
     active one for when it was learned: a train that stands at a station learns one place there.
     """
     recalls = answers.claimed & (answers.frame - answers.place >= arguments.min_gap)
     if arguments.truth:
-        right, possible = places.by_truth(answers, *read_truth(arguments.truth), arguments.radius, arguments.min_gap)
+        right, possible = places.by_truth(answers, *read_plane_poses(arguments.truth), arguments.radius, arguments.min_gap)
     else:
         first = _count(arguments.ref)
         possible = answers.frame >= first
@@ -121,7 +114,7 @@ def _report(arguments, answers):
     if arguments.query:
         right, possible = places.by_index(answers, arguments.tolerance)
     elif arguments.truth:
-        right, possible = places.by_truth(answers, *read_truth(arguments.truth), arguments.radius, arguments.min_gap)
+        right, possible = places.by_truth(answers, *read_plane_poses(arguments.truth), arguments.radius, arguments.min_gap)
     else:
         raise InputError("one recording needs --truth")
     scores = places.score(answers, right, possible)

@@ -3,7 +3,9 @@ convention.
 """
 
 import os
-from typing import Optional
+from typing import Optional, Tuple
+
+import numpy as np
 
 from ratslam_tools.datasets import bags, kitti
 from ratslam_tools.trajectory import frames
@@ -46,6 +48,17 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
             f"{path}: KITTI poses have no stamps, and no times.txt lies beside them: give --times"
         )
     return frames.to_base(read_trajectory(path, times=times, allow_repeats=True))
+
+
+def read_plane_poses(path: str) -> Tuple[np.ndarray, np.ndarray]:
+    """Truth by the frame, seen from above, of a KITTI file of poses: positions (n, 2), x forward and y to the left [m], and
+    headings (n,), counter-clockwise [rad]. @throws InputError naming the file.
+    """
+    rows = read_table(path)
+    if rows.shape[1] != 12:
+        raise InputError(f"{path}: {rows.shape[1]} numbers a line; KITTI poses have 12")
+    poses = rows.reshape(-1, 3, 4)
+    return np.stack([poses[:, 2, 3], -poses[:, 0, 3]], axis=1), np.arctan2(-poses[:, 0, 2], poses[:, 2, 2])
 
 
 def _truth_topic(path: str) -> str:

@@ -33,7 +33,7 @@ void OdometrySubscriber::onQuality(const ratslam_ros::OdometryQuality& message) 
   with_quality_ = true;
   silence_.messageArrived();
   requireUsable(message);
-  pairing_.addQuality(message);
+  pairing_.hearQuality(message);
   drain(true);
 }
 
@@ -42,7 +42,7 @@ void OdometrySubscriber::onSample(const nav_msgs::Odometry& message) {
   frame_ = message.header.frame_id;
   if (!frame_.empty() && frame_.front() == '/') frame_.erase(0, 1);
   if (!with_quality_) with_quality_ = isPublished(watch_.topic() + "_quality");
-  pairing_.addSample(odometryFromMessage(message));
+  pairing_.hearSample(odometryFromMessage(message));
   drain(*with_quality_);
 }
 

@@ -11,7 +11,7 @@ Stamp stampOf(const ratslam_ros::OdometryQuality& quality) { return stampFromRos
 
 }  // namespace
 
-void QualityPairing::addQuality(const ratslam_ros::OdometryQuality& quality) {
+void QualityPairing::hearQuality(const ratslam_ros::OdometryQuality& quality) {
   qualities_.push_back(quality);
   if (qualities_.size() > kMostQualities) qualities_.pop_front();
 }
@@ -22,7 +22,7 @@ std::optional<OdometrySample> QualityPairing::next(bool wait) {
   const auto own = std::find_if(qualities_.begin(), qualities_.end(),
                                 [&](const auto& quality) { return stampOf(quality) == sample.stamp; });
   if (own != qualities_.end()) {
-    ratslam::addQuality(*own, sample);
+    addQuality(*own, sample);
     qualities_.erase(qualities_.begin(), own + 1);  // those before it are of samples that never came
   } else if (wait && !willNotCome(sample.stamp)) {
     return std::nullopt;

@@ -22,11 +22,11 @@ ratslam_ros::OdometryQuality quality(int second, std::uint32_t lap) {
 TEST(QualityPairing, AQualityThatRunsALapAheadStaysWithItsSample) {
   QualityPairing pairing;
   for (std::uint32_t lap = 1; lap <= 2; ++lap) {
-    for (int second = 10; second < 20; ++second) pairing.addQuality(quality(second, lap));
+    for (int second = 10; second < 20; ++second) pairing.hearQuality(quality(second, lap));
   }
   for (std::uint32_t lap = 1; lap <= 2; ++lap) {
     for (int second = 10; second < 20; ++second) {
-      pairing.addSample(sample(second));
+      pairing.hearSample(sample(second));
       const auto next = pairing.next(true);
       ASSERT_TRUE(next) << second;
       EXPECT_EQ(next->stamp, sample(second).stamp);
@@ -38,12 +38,12 @@ TEST(QualityPairing, AQualityThatRunsALapAheadStaysWithItsSample) {
 TEST(QualityPairing, SamplesThatRunALapAheadWaitForTheirQualities) {
   QualityPairing pairing;
   for (int lap = 0; lap < 2; ++lap) {
-    for (int second = 10; second < 20; ++second) pairing.addSample(sample(second));
+    for (int second = 10; second < 20; ++second) pairing.hearSample(sample(second));
   }
   EXPECT_FALSE(pairing.next(true));
   for (std::uint32_t lap = 1; lap <= 2; ++lap) {
     for (int second = 10; second < 20; ++second) {
-      pairing.addQuality(quality(second, lap));
+      pairing.hearQuality(quality(second, lap));
       const auto next = pairing.next(true);
       ASSERT_TRUE(next) << second;
       EXPECT_EQ(next->epoch, lap) << second;
@@ -54,18 +54,18 @@ TEST(QualityPairing, SamplesThatRunALapAheadWaitForTheirQualities) {
 
 TEST(QualityPairing, ALostQualityDelaysNothingAndALostSampleLeavesNothingBehind) {
   QualityPairing pairing;
-  pairing.addSample(sample(10));
-  pairing.addSample(sample(11));
-  pairing.addQuality(quality(9, 7));
+  pairing.hearSample(sample(10));
+  pairing.hearSample(sample(11));
+  pairing.hearQuality(quality(9, 7));
   EXPECT_FALSE(pairing.next(true)) << "the quality of a sample before may still be followed by this one's";
-  pairing.addQuality(quality(11, 7));
-  pairing.addSample(sample(12));
+  pairing.hearQuality(quality(11, 7));
+  pairing.hearSample(sample(12));
   std::vector<std::uint32_t> epochs;
   while (const auto next = pairing.next(false)) epochs.push_back(next->epoch);
   EXPECT_EQ(epochs, (std::vector<std::uint32_t>{0, 7, 0}));
   EXPECT_FALSE(pairing.waits());
-  pairing.addQuality(quality(14, 7));
-  pairing.addSample(sample(13));
+  pairing.hearQuality(quality(14, 7));
+  pairing.hearSample(sample(13));
   EXPECT_TRUE(pairing.next(true)) << "its quality can no longer come";
 }
 
