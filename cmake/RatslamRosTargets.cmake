@@ -4,7 +4,8 @@ file(GLOB_RECURSE ros_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/ratsla
 add_library(ratslam_ros SHARED ${ros_sources})
 add_dependencies(ratslam_ros ${PROJECT_NAME}_generate_messages_cpp ${catkin_EXPORTED_TARGETS})
 target_include_directories(ratslam_ros SYSTEM PUBLIC ${CATKIN_DEVEL_PREFIX}/include ${catkin_INCLUDE_DIRS})
-target_link_libraries(ratslam_ros PUBLIC ratslam ${catkin_LIBRARIES})
+find_package(BZip2 REQUIRED)  # as rosbag unpacks
+target_link_libraries(ratslam_ros PUBLIC ratslam ${catkin_LIBRARIES} PRIVATE ${BZIP2_LIBRARIES})
 ratslam_warnings(ratslam_ros)
 
 file(GLOB town_ros_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/town/ros/*.cpp)

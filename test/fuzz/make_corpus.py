@@ -65,17 +65,18 @@ def corpus():
     yield "events", "drive", b"".join(framed(0, odometry_message(s)) + framed(1, view_message(s)) + framed(2, action_message(s))
                                       for s in range(10, 14))
     yield "bag", "head", b"#ROSBAG V2.0\n"
-    yield "bag", "whole", whole_bag()
+    for name, compression in (("whole", "none"), ("packed_bz2", "bz2"), ("packed_lz4", "lz4")):
+        yield "bag", name, whole_bag(compression)
 
 
-def whole_bag():
+def whole_bag(compression):
     """Two small images: the definitions of other types would make it several times as large."""
     import rosbag
     import rospy
     from sensor_msgs.msg import Image
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "drive.bag"
-        with rosbag.Bag(str(path), "w") as bag:
+        with rosbag.Bag(str(path), "w", compression=compression) as bag:
             for second in (1, 2):
                 message = Image(width=8, height=6, step=8, encoding="mono8", data=bytes(range(48)))
                 message.header.stamp = rospy.Time(second)

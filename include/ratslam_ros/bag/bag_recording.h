@@ -15,6 +15,7 @@
 #include "ratslam/camera/image_decoding.h"
 #include "ratslam/dataset/recording.h"
 #include "ratslam_ros/OdometryQuality.h"
+#include "ratslam_ros/bag/bag_check.h"
 
 namespace ratslam {
 
@@ -50,6 +51,7 @@ class BagRecording : public Recording {
   BagTopics topics_;
   ImageLimits limits_;
   rosbag::Bag bag_;
+  mutable BagCheck check_;  ///< before each message that is read, as rosbag unpacks chunks
   std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;
   std::unique_ptr<rosbag::View> view_;
   rosbag::View::iterator position_;

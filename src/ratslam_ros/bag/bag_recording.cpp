@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "ratslam/common/text_file.h"
-#include "ratslam_ros/bag/bag_check.h"
 #include "ratslam_ros/support/camera_info.h"
 #include "ratslam_ros/support/checked_stream.h"
 #include "ratslam_ros/support/conversions.h"
@@ -24,7 +23,7 @@ const char kOdometry[] = "nav_msgs/Odometry";
 
 using TopicTypes = std::map<std::string, std::string>;
 
-void open(rosbag::Bag& bag, const std::string& path) {
+BagCheck open(rosbag::Bag& bag, const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -37,7 +36,7 @@ void open(rosbag::Bag& bag, const std::string& path) {
   const auto size = fs::file_size(path, error);
   if (error) throw std::runtime_error(path + ": cannot open this bag: " + error.message());
   if (size == 0) throw std::runtime_error(path + ": the file is empty, it is no bag");
-  checkBagRecords(path);
+  BagCheck check(path);
   try {
     bag.open(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
@@ -46,6 +45,7 @@ void open(rosbag::Bag& bag, const std::string& path) {
   } catch (const std::exception& e) {  // whatever rosbag meets in a damaged file
     throw std::runtime_error(path + ": not a readable bag, or a truncated one: " + e.what());
   }
+  return check;
 }
 
 /// Messages of another definition than ours cannot be read, whatever their type is called.
@@ -116,7 +116,8 @@ std::string choose(const std::string& path, const TopicTypes& types, const std::
 
 /// The message, none where its bytes are no message of its type.
 template <class Message>
-boost::shared_ptr<Message> messageIn(const rosbag::MessageInstance& instance) {
+boost::shared_ptr<Message> messageIn(BagCheck& check, const rosbag::MessageInstance& instance) {
+  check.beforeReading(stampFromRos(instance.getTime()));
   if (!instance.isType<Message>()) return nullptr;
   std::vector<std::uint8_t> bytes(instance.size());
   ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
@@ -131,8 +132,8 @@ boost::shared_ptr<Message> messageIn(const rosbag::MessageInstance& instance) {
 }
 
 template <class Message>
-RecordedImage imageIn(const rosbag::MessageInstance& instance, const ImageLimits& limits) {
-  const auto message = messageIn<Message>(instance);
+RecordedImage imageIn(BagCheck& check, const rosbag::MessageInstance& instance, const ImageLimits& limits) {
+  const auto message = messageIn<Message>(check, instance);
   if (!message) {
     RecordedImage none;
     none.stamp = stampFromRos(instance.getTime());
@@ -147,8 +148,7 @@ RecordedImage imageIn(const rosbag::MessageInstance& instance, const ImageLimits
 }  // namespace
 
 BagRecording::BagRecording(const std::string& path, const BagTopics& topics, const ImageLimits& limits)
-    : path_(path), topics_(topics), limits_(limits) {
-  open(bag_, path);
+    : path_(path), topics_(topics), limits_(limits), check_(open(bag_, path)) {
   const TopicTypes types = typesOf(bag_);
   topics_.images = choose(path, types, topics.images, "images", {kImage, kCompressedImage}, "");
   std::vector<std::string> read{topics_.images};
@@ -172,7 +172,7 @@ void BagRecording::readQualities() {
   requireDefinition<ratslam_ros::OdometryQuality>(bag_, path_, topic);
   rosbag::View view(bag_, rosbag::TopicQuery(topic));
   for (const rosbag::MessageInstance& instance : view) {
-    const auto quality = messageIn<ratslam_ros::OdometryQuality>(instance);
+    const auto quality = messageIn<ratslam_ros::OdometryQuality>(check_, instance);
     if (!quality) continue;
     try {
       requireUsable(*quality);
@@ -196,7 +196,7 @@ std::optional<CameraModel> BagRecording::camera() const {
   std::string reason;
   const std::vector<cv::Size> sizes = view.size() > 0 ? firstImageSizes() : std::vector<cv::Size>();
   for (const rosbag::MessageInstance& instance : view) {
-    const auto message = messageIn<sensor_msgs::CameraInfo>(instance);
+    const auto message = messageIn<sensor_msgs::CameraInfo>(check_, instance);
     if (!message) continue;
     for (const cv::Size& size : sizes) {
       try {
@@ -218,8 +218,8 @@ std::vector<cv::Size> BagRecording::firstImageSizes() const {
   for (const rosbag::MessageInstance& instance : view) {
     if (sizes.size() == kLookedAt) break;
     const bool raw = instance.getDataType() == kImage;
-    const RecordedImage image = raw ? imageIn<sensor_msgs::Image>(instance, limits_)
-                                    : imageIn<sensor_msgs::CompressedImage>(instance, limits_);
+    const RecordedImage image = raw ? imageIn<sensor_msgs::Image>(check_, instance, limits_)
+                                    : imageIn<sensor_msgs::CompressedImage>(check_, instance, limits_);
     const cv::Size size = decodeNow(image).image.size();
     if (!size.empty()) sizes.push_back(size);  // else the next one may be whole
   }
@@ -236,9 +236,9 @@ std::optional<RecordedItem> BagRecording::next() {
       const rosbag::MessageInstance instance = *position_;
       ++position_;
       const std::string& type = instance.getDataType();
-      if (type == kImage) return imageIn<sensor_msgs::Image>(instance, limits_);
-      if (type == kCompressedImage) return imageIn<sensor_msgs::CompressedImage>(instance, limits_);
-      const auto odometry = messageIn<nav_msgs::Odometry>(instance);
+      if (type == kImage) return imageIn<sensor_msgs::Image>(check_, instance, limits_);
+      if (type == kCompressedImage) return imageIn<sensor_msgs::CompressedImage>(check_, instance, limits_);
+      const auto odometry = messageIn<nav_msgs::Odometry>(check_, instance);
       if (!odometry) continue;
       OdometrySample sample = odometryFromMessage(*odometry);
       const auto quality = qualities_.find(sample.stamp);

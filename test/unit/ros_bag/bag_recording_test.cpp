@@ -60,6 +60,11 @@ class BagRecordingTest : public ::testing::Test {
     return name;
   }
 
+  static std::string bytesOf(const std::string& name) {
+    std::ifstream file(name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
   static std::string messageOf(const std::function<void()>& action) {
     try {
       action();
@@ -236,11 +241,7 @@ TEST_F(BagRecordingTest, UnusableFilesAreRefusedWithAReason) {
 
 TEST_F(BagRecordingTest, LengthsThatADamagedBagClaimsAreLookedAtFirst) {
   const std::string good = goodBag();
-  std::string bytes;
-  {
-    std::ifstream file(good, std::ios::binary);
-    bytes.assign(std::istreambuf_iterator<char>(file), {});
-  }
+  const std::string bytes = bytesOf(good);
   const auto damaged = [&](const std::string& before, std::size_t distance, std::uint32_t value) {
     std::string changed = bytes;
     const std::size_t at = changed.find(before);
@@ -272,13 +273,53 @@ TEST_F(BagRecordingTest, LengthsThatADamagedBagClaimsAreLookedAtFirst) {
   EXPECT_EQ(others, 2);
 }
 
+TEST_F(BagRecordingTest, WhatACompressedChunkUnpacksToIsLookedAtBeforeRosbagReadsIt) {
+  for (const auto compression : {rosbag::compression::BZ2, rosbag::compression::LZ4}) {
+    const std::string name = path("packed.bag");
+    {
+      rosbag::Bag bag(name, rosbag::bagmode::Write);
+      bag.setCompression(compression);
+      for (int i = 1; i < 4; ++i) writeImage(bag, "/camera/image", i);
+    }
+    const std::string bytes = bytesOf(name);
+    const std::size_t size_at = bytes.find("size=") + 5;
+    std::uint32_t size = 0;
+    std::memcpy(&size, &bytes[size_at], sizeof size);
+    // The first entry of the index: 1 s, and the place of the message.
+    const std::size_t entry = bytes.find(std::string("\x01\0\0\0\0\0\0\0", 8), bytes.find("ver=") + 5);
+    ASSERT_NE(entry, std::string::npos);
+    const auto messageOfDamaged = [&](std::size_t at, std::uint32_t value) {
+      std::string changed = bytes;
+      std::memcpy(&changed[at], &value, sizeof value);
+      std::ofstream(name, std::ios::binary) << changed;
+      return messageOf([&] {
+        BagRecording recording(name, {"", "", false});
+        while (recording.next()) {
+        }
+      });
+    };
+    expectParts(messageOfDamaged(size_at, size + 1000),
+                {"packed.bag", "does not unpack to the", "that it claims"});
+    expectParts(messageOfDamaged(size_at, size - 1),
+                {"packed.bag", "does not unpack to the", "that it claims"});
+    // Within the pixels of an image, which are no lengths; at the connection, which rosbag would not pass.
+    expectParts(messageOfDamaged(entry + 8, size - 12),
+                {"packed.bag", "of what a chunk unpacks to: a record reaches beyond the end of its chunk"});
+    expectParts(messageOfDamaged(entry + 8, 0), {"packed.bag", "an index points at what is no message"});
+    expectParts(messageOfDamaged(bytes.find("size=") + 40, 0x12345678U),
+                {"packed.bag", "does not unpack to the"});
+
+    std::ofstream(name, std::ios::binary) << bytes;
+    BagRecording recording(name, {"", "", false});
+    int images = 0;
+    while (recording.next()) ++images;
+    EXPECT_EQ(images, 3);
+  }
+}
+
 TEST_F(BagRecordingTest, AnotherDefinitionOfATypeIsNamed) {
   const std::string name = goodBag();
-  std::string bytes;
-  {
-    std::ifstream file(name, std::ios::binary);
-    bytes.assign(std::istreambuf_iterator<char>(file), {});
-  }
+  std::string bytes = bytesOf(name);
   const std::string sum = ros::message_traits::MD5Sum<sensor_msgs::Image>::value();
   for (std::size_t at = bytes.find(sum); at != std::string::npos; at = bytes.find(sum, at)) bytes[at] = 'x';
   std::ofstream(name, std::ios::binary) << bytes;
