@@ -146,3 +146,28 @@ def test_configurations_that_are_named_exist():
         for word in words:
             if re.match(r"^config/[\w/]+\.(yaml|txt)$", word):
                 assert os.path.isfile(os.path.join(SOURCE, word)), f"{where}:{number}: {word}"
+
+
+def test_every_test_that_is_named_exists():
+    """In docs/testing.md: Suite.Name of the unit tests, and functions of the Python file named before them."""
+    suites = set()
+    for path in glob.glob(os.path.join(SOURCE, "test", "unit", "*", "*.cpp")):
+        with open(path, encoding="utf-8") as file:
+            suites |= set(re.findall(r"TEST(?:_F|_P)?\((\w+),\s*(\w+)\)", file.read()))
+    with open(os.path.join(SOURCE, "docs", "testing.md"), encoding="utf-8") as file:
+        lines = file.read().splitlines()
+    missing, named = [], 0
+    for line in lines:
+        text = ""
+        for code in re.findall(r"`([^`]+)`", line):
+            if code.endswith(".py"):
+                path = glob.glob(os.path.join(SOURCE, "test", "*", code))
+                with open(path[0], encoding="utf-8") as file:
+                    text = file.read()
+            elif re.fullmatch(r"test_\w+", code):
+                named += 1
+                missing += [] if f"def {code}(" in text else [code]
+            elif re.fullmatch(r"[A-Z]\w+\.[A-Z]\w+", code):
+                named += 1
+                missing += [] if tuple(code.split(".")) in suites else [code]
+    assert named > 50 and not missing
