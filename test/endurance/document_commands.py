@@ -12,8 +12,11 @@ why it cannot run anywhere, or what it needs:
     <!-- long -->                    skipped by --short: installs, builds or takes minutes
     <!-- beside: COMMAND -->         that runs meanwhile, such as the nodes of which a service is called
 
-Two things are changed, and said: there is no display (rviz:=true becomes false), and what runs until it is stopped is
-stopped once it runs. Exits with 1 where a command fails.
+    <!-- commands -->                before a table: what stands in its cells as code is a command
+
+Three things are changed, and said: there is no display (rviz:=true becomes false), what runs until it is stopped is
+stopped once it runs, and what takes hours is given less to do (--whole leaves that out). A Slurm array is run task by task by
+a stand-in where there is no sbatch. Exits with 1 where a command fails.
 """
 import argparse
 import contextlib
@@ -36,13 +39,31 @@ OURS = re.compile(
 PYTHON = re.compile(r"import \w+|from \w+ import ")
 # They work on the source tree itself.
 BUILDS = re.compile(r"scripts/(setup|build|test|demo|benchmark|endurance)\b|test/endurance|cmake ")
-MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)|beside: (?P<beside>.*?)) -->")
+MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)|beside: (?P<beside>.*?)|(?P<table>commands)) -->")
 COMMENT = re.compile(r"\s{2,}#.*$")
 TIMEOUT_S = 7200
 SETTLED_S = 20  # that a live launch must last
 TOWN = "ratslam_town --frames 60 --jpeg-quality 90 --wheel-noise 0.01,0.02,0.002"
 LONGER = TOWN.replace("60", "120", 1)  # as far as a picture of its scale needs
 FATAL = re.compile(r"\[FATAL\]|has died|Traceback|REQUIRED process")
+
+
+# What takes hours, and what is run instead of it.
+SHORTER = {
+    "scripts/endurance fuzz": "scripts/endurance fuzz 300",
+    "scripts/endurance fuzz-python": "scripts/endurance fuzz-python --inputs 100",
+    "scripts/endurance soak": "scripts/endurance soak 20000",
+    "scripts/endurance soak 500000 patrol": "scripts/endurance soak 20000 patrol",
+    "scripts/endurance faults": "scripts/endurance faults --moments 1 --faults restart no_images --stop-seconds 5",
+    "scripts/endurance restarts": "scripts/endurance restarts --moments 400 --nodes ratslam_em",
+    "scripts/endurance laps": "scripts/endurance laps --laps 2",
+}
+# As much of sbatch as an array takes: each task in turn, with the variable that tells it which one it is.
+SBATCH = """#!/usr/bin/env bash
+set -euo pipefail
+[[ "$1" =~ ^--array=([0-9]+)-([0-9]+)$ && "$2" = --wrap && $# -eq 3 ]] || { echo "sbatch --array=FIRST-LAST --wrap COMMAND" >&2; exit 2; }
+for task in $(seq "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}"); do SLURM_ARRAY_TASK_ID=$task sh -c "$3"; done
+"""
 
 
 class Block:
@@ -62,6 +83,13 @@ def blocks(tree, document):
         if line.startswith("```"):
             fence = None if fence is not None else line[3:].strip()
             block = None
+            continue
+        if mark is not None and mark["table"] and line.startswith("|"):
+            if block is None:
+                block = Block(document, number, mark)
+                found.append(block)
+            block.commands += [code for code in re.findall(r"`([^`]+)`", line) if OURS.match(code) and code not in block.commands]
+            before = line
             continue
         indented = fence is None and line.startswith("    ") and (block is not None or not before.strip() or MARK.search(before))
         text = line if fence == "sh" else line[4:] if indented else None
@@ -89,11 +117,15 @@ class Sandbox:
         for name in ("scripts", "config", "devel", "build", "docs", "launch", "test"):
             (folder / name).symlink_to(tree / name)
         (folder / "home").mkdir()
+        if not shutil.which("sbatch"):
+            (folder / "bin").mkdir()
+            (folder / "bin/sbatch").write_text(SBATCH, encoding="utf-8")
+            (folder / "bin/sbatch").chmod(0o755)
         with socket.socket() as free:
             free.bind(("", 0))
             port = free.getsockname()[1]
         self.environment = {key: value for key, value in os.environ.items() if key in ("PATH", "LANG", "TERM")}
-        self.environment.update(PATH="/usr/bin:" + os.environ["PATH"], HOME=str(folder / "home"), ROS_HOME=str(folder / "home/ros"),
+        self.environment.update(PATH=f"{folder}/bin:/usr/bin:" + os.environ["PATH"], HOME=str(folder / "home"), ROS_HOME=str(folder / "home/ros"),
                                 ROS_HOSTNAME="localhost", ROS_MASTER_URI=f"http://localhost:{port}", MPLBACKEND="Agg",
                                 ROSCONSOLE_STDOUT_LINE_BUFFERED="1", PYTHONDONTWRITEBYTECODE="1")
         self.make_recordings()
@@ -166,9 +198,10 @@ def is_live(command):
     return command.startswith("roslaunch") and "bag:=" not in command
 
 
-def execute(sandbox, command):
+def execute(sandbox, command, whole):
     """@return (word for the table, output)"""
-    shown = command.replace("rviz:=true", "rviz:=false")
+    shorter = command if whole else SHORTER.get(command, command)
+    shown = shorter.replace("rviz:=true", "rviz:=false")
     if PYTHON.match(command):
         shown = "python3 -c " + shlex.quote(command)
     try:
@@ -179,7 +212,7 @@ def execute(sandbox, command):
             good, output = done.returncode == 0, done.stdout
     except subprocess.TimeoutExpired as error:
         return f"FAILED after {error.timeout:.0f} s", str(error.stdout)
-    changed = " (rviz:=false)" if "rviz:=true" in command else ""
+    changed = " (rviz:=false)" if "rviz:=true" in command else f" (as {shorter})" if shorter != command else ""
     return ("ok" if good else "FAILED") + changed, output
 
 
@@ -187,20 +220,20 @@ def reason_to_skip(block, command, short):
     """Why a command of a block does not run; None for one that does."""
     mark = block.mark.groupdict() if block.mark else {}
     absent = next((word for word in (command.split()[0] for command in block.commands)
-                   if re.fullmatch(r"parallel|sbatch", word) and not shutil.which(word)), None)
+                   if word == "parallel" and not shutil.which(word)), None)
     if absent:
         return absent + " is not installed"
     long = mark.get("long") or BUILDS.match(command)
     return mark.get("why") or ("long" if short and long else None)
 
 
-def run_block(sandbox, block, commands):
+def run_block(sandbox, block, commands, whole):
     """Runs the commands of a block and says how each went. @return number of those that failed"""
     failed = 0
     with sandbox.beside(block.mark and block.mark["beside"]):
         for command in commands:
             begin = time.monotonic()
-            word, output = execute(sandbox, command)
+            word, output = execute(sandbox, command, whole)
             print(f"{block.document}:{block.line}: {word}, {time.monotonic() - begin:.0f} s: {command}", flush=True)
             if word.startswith("FAILED"):
                 failed += 1
@@ -212,6 +245,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("tree", type=pathlib.Path)
     parser.add_argument("--short", action="store_true", help="leave out what is marked as long")
+    parser.add_argument("--whole", action="store_true", help="what takes hours is not made shorter")
     parser.add_argument("--only", help="this document, such as docs/robot.md")
     parser.add_argument("--list", action="store_true", help="only say what would run")
     options = parser.parse_args()
@@ -231,7 +265,7 @@ def main():
                     commands.append(command)
             if commands:
                 sandbox = sandbox or Sandbox(tree, folder)
-                failed += run_block(sandbox, block, commands)
+                failed += run_block(sandbox, block, commands, options.whole)
     finally:
         if sandbox:
             sandbox.close()
