@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   std::vector<Target> targets = fileTargets();
   for (const auto& more : {stageTargets(), messageTargets()})
     targets.insert(targets.end(), more.begin(), more.end());
+  std::size_t replayed = 0;
   for (const Target& target : targets) {
     const fs::path folder = fs::path(argv[1]) / target.name;
     if (!fs::is_directory(folder)) {
@@ -27,6 +28,7 @@ int main(int argc, char** argv) {
     }
     std::vector<fs::path> inputs(fs::directory_iterator(folder), fs::directory_iterator{});
     std::sort(inputs.begin(), inputs.end());
+    replayed += inputs.size();
     for (const fs::path& path : inputs) {
       std::cout << target.name << ' ' << path.filename().string() << std::endl;  // seen also where it crashes
       std::ifstream file(path, std::ios::binary);
@@ -36,5 +38,6 @@ int main(int argc, char** argv) {
       require(std::chrono::steady_clock::now() - begin < std::chrono::seconds(25), "an input takes no 25 s");
     }
   }
+  std::cout << "replayed " << replayed << " inputs\n";
   return 0;
 }
