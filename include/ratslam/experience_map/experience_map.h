@@ -110,6 +110,8 @@ class ExperienceMap {
 
  private:
   void checkAction(const TopologicalAction& action, const RecallGeometry* geometry) const;
+  /// Where the solver has placed the robot.
+  void place(const RobotPlace& placed);
   void create(const RecallGeometry* geometry);
   /// Places the robot at the recalled experience without a change of the map.
   void locate(const TopologicalAction& action);

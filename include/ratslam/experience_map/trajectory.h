@@ -45,6 +45,10 @@ class Trajectory {
   /// Ties the samples that were given relative to `origin` to the first frame instead, placed at `first`.
   void rebase(const MapPose& origin, const MapPose& first);
 
+  /// Ties the samples from a stamp on, all of which have one frame, to another one. @param robot_before  the robot now, in
+  /// the axes of their frame. @param robot  the same in those of the other
+  void retie(Stamp since, const RelativePose& robot_before, std::uint32_t frame, const RelativePose& robot);
+
   const std::vector<Sample>& samples() const { return samples_; }
 
   /// The newest sample at or before a stamp, none before the first. Where stamps have gone back, of the newest

@@ -307,14 +307,23 @@ void ExperienceMap::create(const RecallGeometry* geometry) {
   } else if (!robot_.lost) {
     graph_.addLink(measuredLink(id, 0.0));
   }
-  robot_ = solver_->create(graph_, robot_, geometry);
+  place(solver_->create(graph_, robot_, geometry));
   current_ = id;
+}
+
+void ExperienceMap::place(const RobotPlace& placed) {
+  // The stretch begins here: what was driven of it so far is no way from where the last one ended.
+  if (robot_.lost) {
+    trajectory_.retie(current_since_, robot_.motion.pose, placed.frame, placed.motion.pose);
+  }
+  robot_ = placed;
 }
 
 void ExperienceMap::locate(const TopologicalAction& action) {
   if (action.kind != ActionKind::kCreateEdge && action.kind != ActionKind::kSetNode) return;
-  robot_ = {solver_->frameOf(action.dest_id), Motion{}, false};
-  robot_.motion.pose.yaw = wrapAngle(action.relative_rad);
+  RobotPlace found{solver_->frameOf(action.dest_id), Motion{}, false};
+  found.motion.pose.yaw = wrapAngle(action.relative_rad);
+  place(found);
   current_ = action.dest_id;
   current_since_ = *clock_;
   planner_.update(graph_, *current_, *clock_);
@@ -328,7 +337,7 @@ void ExperienceMap::recall(const TopologicalAction& action, const RecallGeometry
     link.recall = true;
     graph_.addLink(link);
   }
-  robot_ = solver_->recall(graph_, id, robot_, action.relative_rad, geometry);
+  place(solver_->recall(graph_, id, robot_, action.relative_rad, geometry));
   current_ = id;
 }
 

@@ -32,6 +32,20 @@ void Trajectory::record(Stamp stamp, std::uint32_t frame, const RelativePose& re
   if (most_ > 0 && samples_.size() > most_) thin();
 }
 
+void Trajectory::retie(Stamp since, const RelativePose& robot_before, std::uint32_t frame,
+                       const RelativePose& robot) {
+  const auto as_map_pose = [](const RelativePose& pose) {
+    return MapPose{pose.x, pose.y, pose.z, pose.yaw, 0.0};
+  };
+  for (std::size_t k = samples_.size(); k-- > 0 && samples_[k].stamp >= since;) {
+    Sample& sample = samples_[k];
+    const RelativePose from_robot = between(as_map_pose(robot_before), as_map_pose(sample.relative));
+    sample.relative = between(MapPose{}, compose(as_map_pose(robot), from_robot));
+    sample.frame = frame;
+    if (k > 0 && samples_[k - 1].stamp > sample.stamp) break;  // stamps have gone back
+  }
+}
+
 /// Whether the path from sample `a` to `b` tells what lies between them; three of those are looked at.
 bool Trajectory::toldBy(std::size_t a, std::size_t b) const {
   if (online_[b].stamp <= online_[a].stamp) return false;

@@ -1,6 +1,10 @@
 /// A way that nobody measured, with a corner in it: what lies beyond is joined by the recalls that come later.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "ratslam/experience_map/experience_map.h"
 
 namespace ratslam {
@@ -85,6 +89,94 @@ TEST(Rejoin, WhatWasMeasuredIsNotTornByARecall) {
   const int k = kLap + kSilence + 11;
   lap.drive(k, static_cast<std::uint32_t>((k - 1) % kLap));
   EXPECT_GT(lap.distanceTo(static_cast<std::uint32_t>((k - 1) % kLap)), 20.0);
+}
+
+/// A lap of the square; then, an hour later, a new stretch from the middle of its second side, whose first steps were
+/// guessed as twice too long until they are corrected.
+class NewStretch {
+ public:
+  static constexpr int kFirst = 36000;  // tick at which it begins
+  static constexpr int kBegin = kSide + kSide / 2;
+  static constexpr int kGuessed = 5;
+  static constexpr int kUnknown = 8;  // steps until something is recalled
+
+  explicit NewStretch(bool corrected_after_recalls) {
+    map_.start(0);
+    for (int k = 1; k <= kLap; ++k)
+      drive(k, 1.0, false, static_cast<std::uint32_t>(k - 1), k > 1 && k % kSide == 1);
+    map_.start(kFirst * kTick);
+    for (int k = 1; k <= kUnknown; ++k) {
+      drive(kFirst + k, k <= kGuessed ? 2.0 : 1.0, k <= kGuessed,
+            static_cast<std::uint32_t>(map_.graph().experiences().size()), false);
+      if (k == kGuessed + 1 && !corrected_after_recalls) correct(k);
+    }
+    for (int k = kUnknown + 1; k <= kUnknown + 4; ++k) {
+      drive(kFirst + k, 1.0, false, static_cast<std::uint32_t>(kBegin + k - 1), false);
+    }
+    if (corrected_after_recalls) correct(kGuessed + 1);
+    map_.settle();
+  }
+
+  /// Distance of the path from where it was driven at a step of the new stretch [m].
+  double error(int step) const {
+    const auto path = map_.finalTrajectory();
+    const auto at = std::find_if(path.begin(), path.end(), [&](const StampedPose& each) {
+      return each.stamp == (kFirst + step) * kTick;
+    });
+    if (at == path.end()) return std::numeric_limits<double>::infinity();
+    if (step == 0) {  // half way between two experiences at most
+      const MapPose& there = map_.graph().pose(kBegin - 1);
+      return std::hypot(at->pose.x - there.x, at->pose.y - there.y);
+    }
+    const MapPose& there = map_.graph().pose(static_cast<std::uint32_t>(kBegin + step - 1));
+    return std::hypot(at->pose.x - there.x, at->pose.y - there.y);
+  }
+
+ private:
+  void drive(int tick, double forward, bool bridged, std::uint32_t place, bool corner) {
+    OdometryStep step;
+    step.dt = 0.1;
+    step.forward = forward;
+    step.rotation = corner ? kPi / 2.0 : 0.0;
+    step.bridged = bridged;
+    const double sigma = bridged ? 3.0 : 0.01;
+    step.covariance = StepCovariance(Eigen::Vector4d(sigma, sigma, 0.01, 1e-3).cwiseAbs2().asDiagonal());
+    map_.integrate(tick * kTick, step);
+    TopologicalAction action;
+    action.stamp = tick * kTick;
+    action.kind =
+        place < map_.graph().experiences().size() ? ActionKind::kCreateEdge : ActionKind::kCreateNode;
+    action.src_id = current_;
+    action.dest_id = place;
+    map_.apply(action);
+    current_ = place;
+  }
+  void correct(int steps) {
+    OdometryCorrection correction;
+    correction.from = kFirst * kTick;
+    correction.to = (kFirst + steps) * kTick;
+    correction.motion = Eigen::Translation3d(steps, 0.0, 0.0);
+    correction.covariance = 1e-4 * TwistCovariance::Identity();
+    map_.correct(correction);
+  }
+  static ExperienceMapParams params() {
+    ExperienceMapParams p;
+    p.exp_initial_em_deg = 0.0;
+    return p;
+  }
+
+  ExperienceMap map_{params()};
+  std::uint32_t current_ = 0;
+};
+
+TEST(Rejoin, ACorrectionOfTheFirstStepsOfAStretchDoesNotTieItToTheOneBefore) {
+  const NewStretch stretch(false);
+  for (int step = 0; step <= NewStretch::kUnknown + 4; ++step) EXPECT_LT(stretch.error(step), 1.0) << step;
+}
+
+TEST(Rejoin, NorDoesOneThatComesWhenTheStretchHasBeenJoined) {
+  const NewStretch stretch(true);
+  for (int step = 0; step <= NewStretch::kUnknown + 4; ++step) EXPECT_LT(stretch.error(step), 1.0) << step;
 }
 
 }  // namespace
