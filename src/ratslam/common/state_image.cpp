@@ -1,5 +1,8 @@
 #include "ratslam/common/state_image.h"
 
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
 namespace ratslam {
 
 void setImage(State& state, const cv::Mat& image) {
@@ -12,7 +15,32 @@ void setImage(State& state, const cv::Mat& image) {
   state.set("pixels", pixels);
 }
 
+void setPhoto(State& state, const std::string& name, const cv::Mat& image) {
+  state.setLater(name, [image](State& saved) {
+    if (image.empty()) {
+      setImage(saved, image);
+    } else {
+      saved.set("png", packedPhoto(image));
+    }
+  });
+}
+
+std::vector<std::uint8_t> packedPhoto(const cv::Mat& image) {
+  std::vector<std::uint8_t> png;
+  // Run lengths are all that deflate finds in the noise of a camera; more takes longer, and more room.
+  const std::vector<int> how{cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
+                             cv::IMWRITE_PNG_STRATEGY_RLE};
+  if (!cv::imencode(".png", image, png, how)) throw std::runtime_error("an image cannot be packed as PNG");
+  return png;
+}
+
 cv::Mat getImage(const State& state) {
+  if (state.arrays().count("png") > 0) {
+    const auto png = state.get<std::vector<std::uint8_t>>("png");
+    const cv::Mat image = png.empty() ? cv::Mat() : cv::imdecode(png, cv::IMREAD_UNCHANGED);
+    if (image.empty()) throw std::runtime_error("state " + state.path() + "/png: it is no image");
+    return image;
+  }
   constexpr int kMostSide = 1 << 20;
   const auto size = state.get<std::array<int, 2>>("size");
   const auto type = state.get<int>("type");

@@ -116,7 +116,7 @@ void ImageStage::save(State& state) const {
   state.set("others_in_a_row", number(others_in_a_row_));
   state.set("begins_anew", begins_anew_);
   state.set("bits", bits_);
-  setImage(state.child("last"), last_);
+  setPhoto(state, "last", last_.clone());  // its memory may be the camera's
 }
 
 void ImageStage::load(const State& state) {

@@ -1,9 +1,9 @@
 #include "ratslam/vision/frame_state.h"
 
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "ratslam/common/state.h"
+#include "ratslam/common/state_image.h"
 
 namespace ratslam {
 
@@ -25,9 +25,7 @@ void FramesToSave::save(State& state) const {
                                        outdated = frame.features_outdated, pose = frame.T_camera_world,
                                        observations = frame.observations](State& saved) {
       saved.set("stamp", stamp);
-      std::vector<std::uint8_t> png;
-      cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
-      saved.set("png", png);
+      saved.set("png", packedPhoto(image));
       saved.set("pixels", pixels);
       saved.set("features_outdated", outdated);
       saved.set("T_camera_world", pose);
@@ -44,7 +42,7 @@ LoadedFrames::LoadedFrames(const State& state, const CameraModel& camera, const 
   const auto count = state.get<std::uint32_t>("count");
   for (std::uint32_t i = 0; i < count; ++i) {
     const State& saved = state.child(std::to_string(i));
-    const cv::Mat image = cv::imdecode(saved.get<std::vector<std::uint8_t>>("png"), cv::IMREAD_UNCHANGED);
+    const cv::Mat image = getImage(saved);
     if (image.cols != camera.width || image.rows != camera.height || image.type() != CV_8UC1)
       throw std::runtime_error("state " + saved.path() + "/png: no grey image of the camera's size");
     auto frame = std::make_shared<Frame>(

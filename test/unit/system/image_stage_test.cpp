@@ -5,6 +5,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "ratslam/common/state.h"
+#include "ratslam/common/state_image.h"
+
 namespace ratslam {
 namespace {
 
@@ -167,6 +170,44 @@ TEST_F(ImageStageTest, FewSignificantBitsAreScaledUpAndSaid) {
   all_bits.image_bits = 16;
   restartWith(all_bits);
   EXPECT_EQ(cv::norm(next(twelve)->image, twelve, cv::NORM_INF), 0.0);
+}
+
+TEST_F(ImageStageTest, KnowsTheLastImageAgainAfterItWasSaved) {
+  for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1}) {
+    cv::Mat image;
+    cv::merge(std::vector<cv::Mat>(static_cast<std::size_t>(CV_MAT_CN(type)), picture(1)), image);
+    image.convertTo(image, type, CV_MAT_DEPTH(type) == CV_16U ? 200.0 : 1.0, 0.25);
+    restartWith({});
+    ASSERT_TRUE(next(image));
+    State state;
+    stage_.save(state);
+    image.setTo(0);  // the camera's memory is used again
+    const State saved = State::fromBytes(state.toBytes());
+    cv::Mat again = getImage(saved.child("last"));
+    restartWith({});
+    stage_.load(saved);
+    EXPECT_EQ(again.type(), type);
+    const auto frame = next(again);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->quality, ImageQuality::kFrozen) << "type " << type;
+  }
+}
+
+TEST_F(ImageStageTest, ADamagedLastImageIsNamed) {
+  ASSERT_TRUE(next(picture(1)));
+  State state;
+  stage_.save(state);
+  auto png = state.child("last").get<std::vector<std::uint8_t>>("png");
+  for (const std::size_t size : {std::size_t{0}, std::size_t{20}}) {
+    png.resize(size);
+    state.child("last").set("png", png);
+    try {
+      stage_.load(state);
+      ADD_FAILURE() << "was taken with " << size << " bytes";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "state last/png: it is no image");
+    }
+  }
 }
 
 TEST_F(ImageStageTest, ParametersAreChecked) {

@@ -31,6 +31,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -111,10 +112,9 @@ class RecallGeometryEstimator {
     Stamp stamp = 0;
     RecallFeatures features;
     std::optional<Companion> companion;
-
-    void save(State& state) const;
-    void load(const State& state);
   };
+  /// A template as a row of a table.
+  struct TemplateRow;
 
   Frame& present(Stamp stamp, const cv::Mat& image);
   const RecallFeatures& featuresOf(Frame& frame) const;
@@ -128,7 +128,8 @@ class RecallGeometryEstimator {
   CameraModel camera_;
   bool active_;
   std::deque<Frame> ring_;
-  std::map<std::uint32_t, Template> templates_;
+  std::map<std::uint32_t, std::shared_ptr<const Template>>
+      templates_;  ///< shared with States: nobody changes one
 };
 
 }  // namespace ratslam

@@ -195,7 +195,7 @@ void RecallGeometryEstimator::learned(Stamp stamp, const cv::Mat& image, std::ui
     learnt.companion = companionOf(learnt.features, ring_[ring_.size() - 1 - gap]);
     if (learnt.companion) break;
   }
-  templates_[view_id] = std::move(learnt);
+  templates_[view_id] = std::make_shared<const Template>(std::move(learnt));
   if (templates_.size() > static_cast<std::size_t>(params_.max_templates)) dropOne();
 }
 
@@ -204,7 +204,7 @@ void RecallGeometryEstimator::dropOne() {
   Stamp closest = std::numeric_limits<Stamp>::max();
   for (auto it = templates_.begin(); it != templates_.end(); ++it) {
     if (it == templates_.begin() || std::next(it) == templates_.end()) continue;
-    const Stamp apart = std::abs(std::next(it)->second.stamp - std::prev(it)->second.stamp);
+    const Stamp apart = std::abs(std::next(it)->second->stamp - std::prev(it)->second->stamp);
     if (apart < closest) {
       closest = apart;
       victim = it;
@@ -226,7 +226,7 @@ std::optional<RecallGeometry> RecallGeometryEstimator::verify(Stamp stamp, const
   const RecallFeatures& now = featuresOf(present(stamp, image));
   const auto found = templates_.find(view_id);
   if (found == templates_.end()) return geometry;
-  const Template& then = found->second;
+  const Template& then = *found->second;
   geometry.template_stamp = then.stamp;
   geometry.companion_stamp = then.companion ? then.companion->stamp : then.stamp;
   if (then.features.size() < 2 * static_cast<std::size_t>(params_.min_inliers)) return geometry;
@@ -267,7 +267,8 @@ std::optional<RecallGeometry> RecallGeometryEstimator::verify(Stamp stamp, const
 
 std::size_t RecallGeometryEstimator::memoryBytes() const {
   std::size_t bytes = 0;
-  for (const auto& [id, stored] : templates_) {
+  for (const auto& [id, shared] : templates_) {
+    const Template& stored = *shared;
     const RecallFeatures& f = stored.features;
     bytes += sizeof(id) + sizeof(stored) + f.bearings.capacity() * sizeof(Eigen::Vector2f) +
              f.sigmas.capacity() * sizeof(float) + f.descriptors.total() * f.descriptors.elemSize();

@@ -9,56 +9,76 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 2;
+constexpr std::uint32_t kStateVersion = 3;
 
 }  // namespace
 
 void RecallGeometryEstimator::Frame::save(State& state) const {
   state.set("stamp", stamp);
-  setImage(state, grey);
+  setPhoto(state, "grey", grey);
 }
 
 void RecallGeometryEstimator::Frame::load(const State& state) {
   state.get("stamp", stamp);
-  grey = getImage(state);
+  grey = getImage(state.child("grey"));
   features.reset();
 }
 
-void RecallGeometryEstimator::Template::save(State& state) const {
-  state.set("stamp", stamp);
-  state.set("bearings", features.bearings);
-  state.set("sigmas", features.sigmas);
-  setImage(state.child("descriptors"), features.descriptors);
-  state.set("companion", companion);
-}
+struct RecallGeometryEstimator::TemplateRow {
+  std::uint32_t id = 0;
+  Stamp stamp = 0;
+  std::vector<Eigen::Vector2f> bearings;
+  std::vector<float> sigmas;
+  std::vector<std::uint8_t> descriptors;  ///< kRecallDescriptorBytes a feature
+  std::optional<Companion> companion;
 
-void RecallGeometryEstimator::Template::load(const State& state) {
-  state.get("stamp", stamp);
-  state.get("bearings", features.bearings);
-  state.get("sigmas", features.sigmas);
-  features.descriptors = getImage(state.child("descriptors"));
-  state.get("companion", companion);
-  const std::size_t count = features.size();
-  bool fits = features.sigmas.size() == count && features.descriptors.rows == static_cast<int>(count) &&
-              (count == 0 || features.descriptors.cols == kRecallDescriptorBytes);
-  if (companion) {
-    fits = fits && companion->bearings.size() == count && companion->inverse_depths.size() == count &&
-           companion->sigmas.size() == count;
+  static TemplateRow of(std::uint32_t id, const Template& each) {
+    TemplateRow row{id, each.stamp, each.features.bearings, each.features.sigmas, {}, each.companion};
+    for (int feature = 0; feature < each.features.descriptors.rows; ++feature) {
+      const auto* bytes = each.features.descriptors.ptr<std::uint8_t>(feature);
+      row.descriptors.insert(row.descriptors.end(), bytes, bytes + kRecallDescriptorBytes);
+    }
+    return row;
   }
-  if (!fits) throw std::runtime_error("state " + state.path() + ": its features do not belong together");
-}
+  /// @param table  that it is from. @throws std::runtime_error naming it where the features do not belong together
+  std::shared_ptr<const Template> original(const State& table) const {
+    const std::size_t count = bearings.size();
+    bool fits = sigmas.size() == count && descriptors.size() == count * kRecallDescriptorBytes;
+    if (companion) {
+      fits = fits && companion->bearings.size() == count && companion->inverse_depths.size() == count &&
+             companion->sigmas.size() == count;
+    }
+    if (!fits) {
+      throw std::runtime_error("state " + table.path() + ": the features of template " + std::to_string(id) +
+                               " do not belong together");
+    }
+    Template each{stamp, {bearings, sigmas, {}}, companion};
+    each.features.descriptors.create(static_cast<int>(count), kRecallDescriptorBytes, CV_8U);
+    std::copy(descriptors.begin(), descriptors.end(), each.features.descriptors.data);
+    return std::make_shared<const Template>(std::move(each));
+  }
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("id", id);
+    fields("stamp", stamp);
+    fields("bearings", bearings);
+    fields("sigmas", sigmas);
+    fields("descriptors", descriptors);
+    fields("companion", companion);
+  }
+};
 
 void RecallGeometryEstimator::save(State& state) const {
   state.setVersion(kStateVersion);
   state.set("image_size", std::array<int, 2>{camera_.width, camera_.height});
   state.setEach("frames", std::vector<Frame>(ring_.begin(), ring_.end()));
-  std::vector<std::uint32_t> ids;
-  State& templates = state.child("templates");
-  for (const auto& [id, each] : templates_) {
-    each.save(templates.child(std::to_string(ids.size())));
-    ids.push_back(id);
-  }
-  state.set("template_ids", ids);
+  state.setLater("templates", [templates = templates_](State& list) {
+    std::vector<TemplateRow> rows;
+    rows.reserve(templates.size());
+    for (const auto& [id, each] : templates) rows.push_back(TemplateRow::of(id, *each));
+    list.set("rows", rows);
+  });
 }
 
 void RecallGeometryEstimator::load(const State& state) {
@@ -68,10 +88,10 @@ void RecallGeometryEstimator::load(const State& state) {
     ring.emplace_back();
     ring.back().load(frame);
   });
-  std::map<std::uint32_t, Template> templates;
-  const auto ids = state.get<std::vector<std::uint32_t>>("template_ids");
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    templates[ids[i]].load(state.child("templates").child(std::to_string(i)));
+  const State& list = state.child("templates");
+  std::map<std::uint32_t, std::shared_ptr<const Template>> templates;
+  for (const TemplateRow& row : list.get<std::vector<TemplateRow>>("rows")) {
+    templates[row.id] = row.original(list);
   }
   ring_ = std::move(ring);
   templates_ = std::move(templates);
