@@ -1,9 +1,11 @@
 // Drives the pose cells and the map for very long, with odometry that drifts and views that are recalled. Prints memory
 // and processor time over the frames. The path as the map has it in the end goes to FOLDER/final.tum, the true one to
 // FOLDER/truth.tum.
-// Usage: soak [FRAMES [streets|patrol|network [EXP_DENSITY [FOLDER]]]] > soak.csv
+// Usage: soak [FRAMES [streets|patrol|phases|network [EXP_DENSITY [FOLDER]]]] > soak.csv
 //   streets  (1,000,000 frames) one loop of 2 km for eight tenths of them, then new streets, then the loop again
 //   patrol   (500,000 frames) one loop of 500 m, a row a lap
+//   phases   (500,000 frames) the same, 0.37 m longer, so that the frames of a lap lie between those of other laps, and with
+//            cells of 4 m, as far as one view reaches
 //   network  (10,000,000 frames: a month at four a second) a grid of 24 streets, turned into at random at each crossing
 #include <time.h>
 #include <unistd.h>
@@ -59,14 +61,14 @@ class Road {
 
 class Loop : public Road {
  public:
-  explicit Loop(std::size_t length) : length_(length) {}
+  explicit Loop(double length) : length_(length) {}
   Step next() override {
-    const std::size_t at = frame_++ % length_;
-    return {kPi2 * kSpeed / static_cast<double>(length_), at / kFramesPerView};
+    const auto at = static_cast<std::uint64_t>(std::fmod(static_cast<double>(frame_++), length_));
+    return {kPi2 * kSpeed / length_, at / kFramesPerView};
   }
 
  private:
-  std::size_t length_;
+  double length_;  ///< [m], one a frame
   std::size_t frame_ = 0;
 };
 
@@ -151,19 +153,24 @@ std::vector<StampedPose3> inSpace(const std::vector<StampedPose>& path) {
 
 int main(int argc, char** argv) {
   const std::string kind = argc > 2 ? argv[2] : "streets";
-  const std::size_t usual = kind == "patrol" ? 500'000 : kind == "network" ? 10'000'000 : 1'000'000;
+  const std::size_t usual = kind == "patrol" || kind == "phases" ? 500'000
+                            : kind == "network"                  ? 10'000'000
+                                                                 : 1'000'000;
   const std::size_t frames = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : usual;
   std::size_t window = std::max<std::size_t>(frames / 100, 1);
   std::unique_ptr<Road> road;
   if (kind == "streets") road = std::make_unique<LoopAndStreets>(frames);
   if (kind == "network") road = std::make_unique<Network>();
-  if (kind == "patrol") road = std::make_unique<Loop>(window = 500);
+  if (kind == "patrol" || kind == "phases") {
+    window = 500;
+    road = std::make_unique<Loop>(kind == "phases" ? 500.37 : 500.0);
+  }
   if (!road || frames == 0) {
-    std::cerr << "Usage: soak [FRAMES [streets|patrol|network [EXP_DENSITY [FOLDER]]]]\n";
+    std::cerr << "Usage: soak [FRAMES [streets|patrol|phases|network [EXP_DENSITY [FOLDER]]]]\n";
     return 2;
   }
   PoseCellParams cells;
-  cells.cell_size = 10.0;
+  cells.cell_size = kind == "phases" ? 4.0 : 10.0;
   const std::string folder = argc > 4 ? argv[4] : "";
   if (argc > 3) cells.experience_density = std::strtod(argv[3], nullptr);
   ExperienceMapParams map_params;

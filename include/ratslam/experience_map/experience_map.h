@@ -110,6 +110,9 @@ class ExperienceMap {
 
  private:
   void checkAction(const TopologicalAction& action, const RecallGeometry* geometry) const;
+  /// Whether something was recognised. Else a known place becomes the current one (kSetNode) by what odometry has
+  /// told already, unless the solver knows of nothing else.
+  bool tellsPlace(const TopologicalAction& action) const;
   /// Where the solver has placed the robot.
   void place(const RobotPlace& placed);
   void create(const RecallGeometry* geometry);

@@ -11,7 +11,9 @@
 /// With exp_density k > 0 the map grows denser where experience is richer: the threshold of an experience at which the
 /// robot has come to be n times more is exp_delta_pc_threshold / (1 + k ln(1 + n)), so that a stretch of way has a number of
 /// experiences that grows with the logarithm of the visits. One that is created between known ones of its view has
-/// the visits of the nearest.
+/// the visits of the nearest. Of those that are made while a view stays the view says nothing: which of them the robot comes to
+/// is a matter of odometry alone, and no recall (kSetNode). A view that becomes active leads to one that was made when it
+/// became active.
 #pragma once
 
 #include <cstdint>
@@ -67,6 +69,7 @@ class ExperienceSelector {
     std::uint32_t view_id = 0;
     double relative_rad = 0.0;  ///< of the view event that created it
     std::uint32_t visits = 0;   ///< how often it was recalled; counted where the threshold depends on it
+    bool recognisable = true;   ///< made when its view became active; else while it stayed (exp_density)
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -84,11 +87,13 @@ class ExperienceSelector {
                   const Experience& experience) const;
   /// Distance from an experience beyond which a place is another one [cells].
   double reach(const Experience& experience) const;
-  std::optional<std::uint32_t> nearestOther(const ViewEvent& view, const PoseCellEstimate& estimate) const;
+  /// @param recognised  the view has become active
+  std::optional<std::uint32_t> nearestOther(const ViewEvent& view, const PoseCellEstimate& estimate,
+                                            bool recognised) const;
   /// Visits of the experience of a view that is nearest, within the distance that holds without visits.
   std::uint32_t visitsAround(const ViewEvent& view, const PoseCellEstimate& estimate) const;
   void indexViews();
-  std::uint32_t create(const ViewEvent& view, const PoseCellEstimate& estimate);
+  std::uint32_t create(const ViewEvent& view, const PoseCellEstimate& estimate, bool recognisable);
 
   PoseCellParams params_;
   bool learning_ = true;

@@ -319,11 +319,17 @@ void ExperienceMap::place(const RobotPlace& placed) {
   robot_ = placed;
 }
 
+bool ExperienceMap::tellsPlace(const TopologicalAction& action) const {
+  return action.kind != ActionKind::kSetNode || !solver_->corrects() || robot_.lost;
+}
+
 void ExperienceMap::locate(const TopologicalAction& action) {
   if (action.kind != ActionKind::kCreateEdge && action.kind != ActionKind::kSetNode) return;
-  RobotPlace found{solver_->frameOf(action.dest_id), Motion{}, false};
-  found.motion.pose.yaw = wrapAngle(action.relative_rad);
-  place(found);
+  if (tellsPlace(action)) {
+    RobotPlace found{solver_->frameOf(action.dest_id), Motion{}, false};
+    found.motion.pose.yaw = wrapAngle(action.relative_rad);
+    place(found);
+  }
   current_ = action.dest_id;
   current_since_ = *clock_;
   planner_.update(graph_, *current_, *clock_);
@@ -337,7 +343,7 @@ void ExperienceMap::recall(const TopologicalAction& action, const RecallGeometry
     link.recall = true;
     graph_.addLink(link);
   }
-  place(solver_->recall(graph_, id, robot_, action.relative_rad, geometry));
+  if (tellsPlace(action)) place(solver_->recall(graph_, id, robot_, action.relative_rad, geometry));
   current_ = id;
 }
 

@@ -18,13 +18,14 @@ TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCe
   action.src_id = current_;
   // The view cell of the current experience is the one of the last decision: every change of it ends in step
   // 1 or 2.
-  const bool moved = experiences_.empty() || experiences_[current_].view_id != view.id ||
-                     distance(view, estimate, experiences_[current_]) > reach(experiences_[current_]);
-  if (moved) {
-    const std::optional<std::uint32_t> match = nearestOther(view, estimate);
+  const bool other_view = experiences_.empty() || experiences_[current_].view_id != view.id;
+  if (other_view || distance(view, estimate, experiences_[current_]) > reach(experiences_[current_])) {
+    const std::optional<std::uint32_t> match = nearestOther(view, estimate, other_view);
     if (!match && !learning_) return stay(view.stamp);
-    action.kind = match ? ActionKind::kCreateEdge : ActionKind::kCreateNode;
-    current_ = match ? *match : create(view, estimate);
+    // Within what one view shows only odometry tells one place from another.
+    const bool seen = other_view || params_.experience_density == 0.0;
+    action.kind = !match ? ActionKind::kCreateNode : seen ? ActionKind::kCreateEdge : ActionKind::kSetNode;
+    current_ = match ? *match : create(view, estimate, seen);
     if (match && learning_ && params_.experience_density > 0.0) ++experiences_[current_].visits;
   }
   action.dest_id = current_;
@@ -53,13 +54,14 @@ double ExperienceSelector::distance(const ViewEvent& view, const PoseCellEstimat
 }
 
 std::optional<std::uint32_t> ExperienceSelector::nearestOther(const ViewEvent& view,
-                                                              const PoseCellEstimate& estimate) const {
+                                                              const PoseCellEstimate& estimate,
+                                                              bool recognised) const {
   const auto candidates = of_view_.find(view.id);
   if (candidates == of_view_.end()) return std::nullopt;
   std::optional<std::uint32_t> nearest;
   double nearest_distance = params_.experience_distance;
   for (const std::uint32_t id : candidates->second) {
-    if (id == current_) continue;
+    if (id == current_ || (recognised && !experiences_[id].recognisable)) continue;
     const double d = distance(view, estimate, experiences_[id]);
     if (d < nearest_distance && d < reach(experiences_[id])) {
       nearest = id;
@@ -88,9 +90,10 @@ std::uint32_t ExperienceSelector::visitsAround(const ViewEvent& view,
   return visits;
 }
 
-std::uint32_t ExperienceSelector::create(const ViewEvent& view, const PoseCellEstimate& estimate) {
+std::uint32_t ExperienceSelector::create(const ViewEvent& view, const PoseCellEstimate& estimate,
+                                         bool recognisable) {
   const auto id = static_cast<std::uint32_t>(experiences_.size());
-  experiences_.push_back({estimate, view.id, view.relative_rad, visitsAround(view, estimate)});
+  experiences_.push_back({estimate, view.id, view.relative_rad, visitsAround(view, estimate), recognisable});
   of_view_[view.id].push_back(id);
   return id;
 }
@@ -118,6 +121,10 @@ void ExperienceSelector::indexViews() {
 void ExperienceSelector::save(State& state) const {
   state.set("selection", experiences_);
   state.set("current", current_);
+  if (params_.experience_density == 0.0) return;
+  std::vector<std::uint8_t> recognisable;
+  for (const Experience& experience : experiences_) recognisable.push_back(experience.recognisable ? 1 : 0);
+  state.set("recognisable", recognisable);
 }
 
 void ExperienceSelector::load(const State& state) {
@@ -126,6 +133,17 @@ void ExperienceSelector::load(const State& state) {
   if (!experiences.empty() && current >= experiences.size()) {
     throw std::runtime_error("state " + state.path() + "/current: there is no experience " +
                              std::to_string(current));
+  }
+  if (params_.experience_density > 0.0) {
+    const auto recognisable = state.get<std::vector<std::uint8_t>>("recognisable");
+    if (recognisable.size() != experiences.size()) {
+      throw std::runtime_error("state " + state.path() + "/recognisable: it says " +
+                               std::to_string(recognisable.size()) + " times whether one of " +
+                               std::to_string(experiences.size()) + " experiences is");
+    }
+    for (std::size_t id = 0; id < experiences.size(); ++id) {
+      experiences[id].recognisable = recognisable[id] != 0;
+    }
   }
   experiences_ = std::move(experiences);
   current_ = current;

@@ -111,6 +111,17 @@ TEST_P(SmallMap, SetNodeMakesNoLink) {
   EXPECT_EQ(map.currentExperience(), 1U);
 }
 
+TEST_P(SmallMap, SetNodeTellsNothingThatOdometryHasNotTold) {
+  const std::size_t frames = map.frames();
+  map.integrate(5 * kSecond, motion(-1.5));  // to between the second and the third
+  map.apply(action(ActionKind::kSetNode, 3, 2));
+  map.settle();
+  EXPECT_EQ(map.currentExperience(), 2U);
+  EXPECT_EQ(map.frames(), frames);
+  // Relaxation, which knows no other place than an experience, puts the robot there.
+  EXPECT_NEAR(map.robotPose().x, params().relaxes() ? 3.0 : 2.5, 1e-9);
+}
+
 TEST_P(SmallMap, LinksNothingAcrossAJumpOfTheClock) {
   const std::size_t links = map.graph().links().size();
   map.integrate(5 * kSecond, motion(0.5));

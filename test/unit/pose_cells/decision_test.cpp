@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "against_oracle.h"
+#include "ratslam/common/state.h"
 #include "ratslam/pose_cells/pose_cells.h"
 
 namespace ratslam {
@@ -168,6 +169,35 @@ TEST(ExperienceSelector, TheMapGrowsDenserWithTheLogarithmOfTheVisits) {
     EXPECT_GT(count, 0.5 * by_law) << visits << " visits";
     EXPECT_LT(count, 2.0 * by_law + 3.0) << visits << " visits";
   }
+}
+
+/// What is made while a view stays was not told by the view, and is no place to recall.
+TEST(ExperienceSelector, ADenserMapIsRecalledWhereAViewBegan) {
+  PoseCellParams params;
+  params.experience_density = 1.0;
+  ExperienceSelector selector(params);
+  const auto way = [&selector] {
+    for (int step = 0; step <= 16; ++step) selector.select(view(5), {5.0 + step / 16.0, 10, 10});
+    selector.select(view(6), {15, 10, 10});
+  };
+  for (int visit = 0; visit < 50; ++visit) way();
+  ASSERT_GT(selector.size(), 3U);
+  EXPECT_EQ(selector.select(view(5), {5.1, 10, 10}).dest_id, 0U);
+  const TopologicalAction within = selector.select(view(5), {6, 10, 10});
+  EXPECT_EQ(within.kind, ActionKind::kSetNode);
+  EXPECT_NE(within.dest_id, 0U);
+  selector.select(view(6), {15, 10, 10});
+  const TopologicalAction elsewhere = selector.select(view(5), {6, 10, 10});
+  EXPECT_EQ(elsewhere.kind, ActionKind::kCreateNode) << "the view has never become active there";
+  selector.select(view(6), {15, 10, 10});
+
+  State state;
+  selector.save(state);
+  ExperienceSelector again(params);
+  again.load(State::fromBytes(state.toBytes()));
+  const TopologicalAction recall = again.select(view(5), {6, 10, 10});
+  EXPECT_EQ(recall.kind, ActionKind::kCreateEdge);
+  EXPECT_EQ(recall.dest_id, elsewhere.dest_id);
 }
 
 TEST(ExperienceSelector, WithoutLearningVisitsDoNotCount) {
