@@ -93,7 +93,7 @@ TEST(PlaceBelief, AStreetThatLooksTheSameRoundTheCornerIsAnotherOne) {
   EXPECT_GT(confidenceRoundTheCorner(true), 0.9) << "a panoramic view does not turn";
 }
 
-/// What is believed of the place after a stretch, once the robot has come to the place before it again.
+/// What is believed of the place after a stretch, once the robot has gone on from the place before it again and seen nothing.
 double beliefBeyond(double unmeasured) {
   constexpr std::uint32_t kStretch = 150;
   PlaceBelief belief;
@@ -109,14 +109,14 @@ double beliefBeyond(double unmeasured) {
   step.epoch += 2;
   for (std::size_t k = 120; k <= kStretch; ++k) {
     belief.move(step, 0.5);
-    belief.weigh(alikeAround(k, 0), kPlaces);
+    if (k < kStretch) belief.weigh(alikeAround(k, 0), kPlaces);
   }
   const PlaceMass most = belief.strongest(1).front();
   return most.place == kStretch ? most.mass : 0.0;
 }
 
 TEST(PlaceBelief, NoWayLeadsAcrossAStretchThatNobodyMeasured) {
-  EXPECT_GT(beliefBeyond(0.0), 0.9);
+  EXPECT_GT(beliefBeyond(0.0), 0.7);
   EXPECT_LT(beliefBeyond(40.0), 0.1);
 }
 

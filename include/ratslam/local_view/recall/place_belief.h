@@ -17,8 +17,11 @@
 ///   4. Weigh. Belief times exp(0.7 n z), z being the likeness standardised over all places; a place not yet
 ///      known counts as z = 2.5, and as 0.8 where no odometry measures the way. n, from 0 to 1, is how much of
 ///      the view the last one did not tell: of two views that are alike the second is no further evidence, and a
-///      chance likeness of distant places does not add up while it lasts. How far the view is moved sideways (the
-///      lane) is believed in the same way and changes slowly; the lane of then is the likeliest at first.
+///      chance likeness of distant places does not add up while it lasts. Where dead reckoning does not know the
+///      way from a place, or does not say how well, a likeness beyond chance counts for more, n 0.3 (z - 4)^2:
+///      recalls are to come soon. Where it does there is time until the place is seen from where it was learned.
+///      How far the view is moved sideways (the lane) is believed in the same way and changes slowly; the lane of
+///      then is the likeliest at first.
 ///
 /// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief. Who was at a known
 /// place and goes on from it to the next is where the belief is largest as soon as all known places together hold as much,
@@ -133,6 +136,7 @@ class PlaceBelief {
   };
   static Spread spreadOf(const ViewLikeness& likeness);
   bool excluded(std::uint32_t place) const;
+  bool deadReckoningKnows(std::uint32_t place) const;
   bool goesOnTo(std::uint32_t place) const;
   bool facesElsewhere(const PlaceVisit& then) const;
   void handOn(const PlaceMass& from, double driven, double sigma);

@@ -8,7 +8,9 @@
 namespace ratslam {
 namespace {
 
-constexpr double kSharpness = 0.7;  // beta of exp(beta z)
+constexpr double kSharpness = 0.7;  // evidence of a likeness z that wrong places reach as well
+constexpr double kChance = 4.0;     // z that they hardly exceed (a hundredth of the views by more than 1)
+constexpr double kBeyond = 0.3;     // evidence of the square of what z exceeds it by
 // Of a place not yet known. Where odometry measures, as much as the way through wrong places reaches that looks most alike
 // (over ten views, in the mean: KITTI 00 2.4, synthetic towns 2.7, Nordland 2.3): the robot knows its way meanwhile, and a
 // false recall would bend its map. Where each image counts as one step, the recall is all there is.
@@ -34,6 +36,16 @@ constexpr double kStillLikeness = 2.0;    // z of places that the robot has just
 constexpr double kPruned = 1e-3;          // of what one place gets of "anywhere": less is given up
 constexpr int kClaimLinks = 2;
 constexpr double kClaimNovelty = 1.0;  // views that add up to less tell their places hardly apart
+
+/// Logarithm of how much more likely a view of this likeness is at its place than anywhere: small ones say little, as those
+/// of neighbours in time agree.
+double evidence(double z) { return kSharpness * z; }
+
+/// What a likeness beyond chance says in addition: by chance they are normally distributed.
+double evidenceBeyondChance(double z) {
+  const double beyond = std::max(z - kChance, 0.0);
+  return kBeyond * beyond * beyond;
+}
 
 bool byPlace(const PlaceMass& a, const PlaceMass& b) { return a.place < b.place; }
 
@@ -226,7 +238,6 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
   added_ = active_;
   if (candidates < kFewest) candidates = 0;
   candidates_ = candidates;
-  const double sharpness = kSharpness * novelty_;
   for (PlaceMass& mass : added_) {
     if (mass.place < candidates && !excluded(mass.place)) continue;
     unknown_ += mass.mass;
@@ -245,17 +256,19 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
   std::vector<double> of_variants(likeness.variants, 0.0);
   double sum = 0.0;
   for (PlaceMass& mass : active_) {
+    const bool vouched_for = deadReckoningKnows(mass.place);
     double weighed = 0.0;
     for (std::size_t v = 0; v < likeness.variants; ++v) {
       const double z = (static_cast<double>(likeness.row(v)[mass.place]) - spread.mean) / spread.deviation;
-      const double share = mass.mass * variants_[v] * std::exp(sharpness * z);
+      const double beyond = vouched_for ? 0.0 : evidenceBeyondChance(z);
+      const double share = mass.mass * variants_[v] * std::exp(novelty_ * (evidence(z) + beyond));
       of_variants[v] += share;
       weighed += share;
     }
     mass.mass = weighed;
     sum += weighed;
   }
-  unknown_ *= std::exp(sharpness * (measured_ ? kUnknownZ : kUnknownZOfSteps));
+  unknown_ *= std::exp(novelty_ * evidence(measured_ ? kUnknownZ : kUnknownZOfSteps));
   sum += unknown_;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
     const double believed = (of_variants[v] + unknown_ * variants_[v]) / sum;
@@ -289,12 +302,17 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
   return claim;
 }
 
+/// Whether dead reckoning knows the way from a place's last visit until now, and says how well.
+bool PlaceBelief::deadReckoningKnows(std::uint32_t place) const {
+  const bool said = here_.forward_variance > 0.0 && here_.yaw_variance > 0.0;
+  return said && measured_ && graph_.lastVisit(place).epoch == here_.epoch;
+}
+
 /// Whether the robot was at a known place when it saw the last view, this place is on the way from there, and dead
 /// reckoning that says how well it knows does not exclude it: what looks alike elsewhere would be excluded.
 bool PlaceBelief::goesOnTo(std::uint32_t place) const {
   if (!at_ || at_new_ || *at_ >= candidates_) return false;
-  const bool said = here_.forward_variance > 0.0 && here_.yaw_variance > 0.0;
-  if (!said || !measured_ || graph_.lastVisit(place).epoch != here_.epoch) return false;
+  if (!deadReckoningKnows(place)) return false;
   const double reach = graph_.stretch(*at_, std::max(step_, 1e-9), candidates_) + 2.0 * step_;
   if (std::abs(since_arrival_) > reach) return false;
   std::vector<PlaceAhead> near;
