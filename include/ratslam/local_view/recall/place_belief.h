@@ -15,13 +15,13 @@
 ///      places where a camera that looks ahead faced elsewhere: the same houses round the corner. No odometry, and one
 ///      that has started anew, excludes nothing.
 ///   4. Weigh. Belief times exp(0.7 n z), z being the likeness standardised over all places; a place not yet
-///      known counts as z = 2.5, and as 0.8 where no odometry measures the way. n, from 0 to 1, is how much of
-///      the view the last one did not tell: of two views that are alike the second is no further evidence, and a
-///      chance likeness of distant places does not add up while it lasts. Where dead reckoning does not know the
-///      way from a place, or does not say how well, a likeness beyond chance counts for more, n 0.3 (z - 4)^2:
-///      recalls are to come soon. Where it does there is time until the place is seen from where it was learned.
-///      How far the view is moved sideways (the lane) is believed in the same way and changes slowly; the lane of
-///      then is the likeliest at first.
+///      known counts as z = 2.5, but as 0.8 where no odometry measures the way and for who was at a known place
+///      just now. n, from 0 to 1, is how much of the view the last one did not tell: of two views that are alike
+///      the second is no further evidence, and a chance likeness of distant places does not add up while it lasts.
+///      Where dead reckoning does not know the way from a place, or does not say how well, a likeness beyond chance
+///      counts for more, n (z - 6)^2: recalls are to come soon. Where it does there is time until the place is seen
+///      from where it was learned. How far the view is moved sideways (the lane) is believed in the same way and
+///      changes slowly; the lane of then is the likeliest at first.
 ///
 /// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief. Who was at a known
 /// place and goes on from it to the next is where the belief is largest as soon as all known places together hold as much,

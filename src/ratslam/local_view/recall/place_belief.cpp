@@ -9,13 +9,15 @@ namespace ratslam {
 namespace {
 
 constexpr double kSharpness = 0.7;  // evidence of a likeness z that wrong places reach as well
-constexpr double kChance = 4.0;     // z that they hardly exceed (a hundredth of the views by more than 1)
-constexpr double kBeyond = 0.3;     // evidence of the square of what z exceeds it by
-// Of a place not yet known. Where odometry measures, as much as the way through wrong places reaches that looks most alike
-// (over ten views, in the mean: KITTI 00 2.4, synthetic towns 2.7, Nordland 2.3): the robot knows its way meanwhile, and a
-// false recall would bend its map. Where each image counts as one step, the recall is all there is.
+constexpr double kChance = 6.0;     // z that they do not reach, but for one view in a hundred
+constexpr double kBeyond = 1.0;     // evidence of the square of what z exceeds it by
+// Of a place not yet known. Where odometry measures, as much as the way through wrong places reaches that looks
+// most alike (over ten views, in the mean: KITTI 00 2.4, synthetic towns 2.7, Nordland 2.3): the robot knows its
+// way meanwhile, and a false recall would bend its map.
 constexpr double kUnknownZ = 2.5;
-constexpr double kUnknownZOfSteps = 0.8;
+// Where each image counts as one step, so that the recall is all there is, and for who has just been at a known place:
+// what is known would be learned anew wherever the view is a little different.
+constexpr double kUnknownZToStay = 0.8;
 constexpr double kLeave = 0.0005;       // share that takes a way not yet known, a view
 constexpr double kAnywhere = 1e-4;      // share of the unknown that may be at any known place, a view
 constexpr double kElsewhere = 0.01;     // of waking up at a place not yet known
@@ -268,7 +270,8 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
     mass.mass = weighed;
     sum += weighed;
   }
-  unknown_ *= std::exp(novelty_ * evidence(measured_ ? kUnknownZ : kUnknownZOfSteps));
+  const bool may_stay = !measured_ || (at_ && !at_new_);
+  unknown_ *= std::exp(novelty_ * evidence(may_stay ? kUnknownZToStay : kUnknownZ));
   sum += unknown_;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
     const double believed = (of_variants[v] + unknown_ * variants_[v]) / sum;
