@@ -128,6 +128,7 @@ class Process:
 
     def __init__(self, command, **kwargs):
         environment = dict(os.environ, ROSCONSOLE_STDOUT_LINE_BUFFERED="1")
+        environment.pop("PYTHONUNBUFFERED", None)  # a user's shell does not set it
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                         env=environment, **kwargs)
         self.lines = []
