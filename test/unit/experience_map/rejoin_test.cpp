@@ -15,6 +15,17 @@ constexpr int kSide = 25;
 constexpr int kLap = 4 * kSide;
 constexpr int kSilence = 40;  // steps, with a corner among them
 
+/// Makes a place the current one: an experience that is known is recalled, one that is new is created.
+void decide(ExperienceMap& map, Stamp stamp, std::uint32_t& current, std::uint32_t place) {
+  TopologicalAction action;
+  action.stamp = stamp;
+  action.kind = place < map.graph().experiences().size() ? ActionKind::kCreateEdge : ActionKind::kCreateNode;
+  action.src_id = current;
+  action.dest_id = place;
+  map.apply(action);
+  current = place;
+}
+
 /// Laps of a square of 25 m a side. After the first lap the odometry is silent for kSilence steps; the places of
 /// the 10 steps after that are not recalled.
 class SilentLap {
@@ -40,14 +51,7 @@ class SilentLap {
     step.forward = 1.0;
     step.rotation = k > 1 && k % kSide == 1 ? kPi / 2.0 : 0.0;
     map_.integrate(k * kTick, step);
-    TopologicalAction action;
-    action.stamp = k * kTick;
-    action.kind =
-        place < map_.graph().experiences().size() ? ActionKind::kCreateEdge : ActionKind::kCreateNode;
-    action.src_id = current_;
-    action.dest_id = place;
-    map_.apply(action);
-    current_ = place;
+    decide(map_, k * kTick, current_, place);
   }
 
   /// Distance of the robot from an experience [m], once all is settled.
@@ -142,14 +146,7 @@ class NewStretch {
     const double sigma = bridged ? 3.0 : 0.01;
     step.covariance = StepCovariance(Eigen::Vector4d(sigma, sigma, 0.01, 1e-3).cwiseAbs2().asDiagonal());
     map_.integrate(tick * kTick, step);
-    TopologicalAction action;
-    action.stamp = tick * kTick;
-    action.kind =
-        place < map_.graph().experiences().size() ? ActionKind::kCreateEdge : ActionKind::kCreateNode;
-    action.src_id = current_;
-    action.dest_id = place;
-    map_.apply(action);
-    current_ = place;
+    decide(map_, tick * kTick, current_, place);
   }
   void correct(int steps) {
     OdometryCorrection correction;
