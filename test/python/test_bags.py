@@ -165,6 +165,18 @@ def test_bags_that_are_none(tmp_path):
     (tmp_path / "no.bag").write_bytes(b"not a bag")
     with pytest.raises(InputError, match="not a readable bag"):
         bags.read_trajectory_topic(str(tmp_path / "no.bag"), "/odom")
+    for name, begin in (("a.db3", b"SQLite format 3\0"), ("a.mcap", b"\x89MCAP0\r\n")):
+        (tmp_path / name).write_bytes(begin + bytes(100))
+        with pytest.raises(InputError, match="not a readable bag: .*ROS 2.*rosbags-convert"):
+            bags.read_trajectory_topic(str(tmp_path / name), "/odom")
+
+
+def test_a_bag_that_was_cut_names_what_mends_it(sequence, tmp_path):
+    whole, cut = tmp_path / "whole.bag", tmp_path / "cut.bag"
+    kitti_to_bag.main([str(sequence), str(whole)])
+    cut.write_bytes(whole.read_bytes()[:-200])
+    with pytest.raises(InputError, match=f"a record at byte .*; rosbag reindex {cut} keeps the chunks that are whole"):
+        bags.read_trajectory_topic(str(cut), "/kitti/ground_truth")
 
 
 def test_missing_topic_lists_those_there_are(sequence, tmp_path):

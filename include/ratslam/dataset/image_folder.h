@@ -12,6 +12,10 @@ bool naturallyBefore(const std::string& a, const std::string& b);
 
 /// Paths of the .png, .jpg and .jpeg files of a folder (endings in capitals as well) in natural order of their
 /// names; those that begin with a dot, as foreign systems leave them, are left out.
+/// @throws std::runtime_error naming the folder where it cannot be read
+std::vector<std::string> imagesIn(const std::string& folder);
+
+/// The same, of which there must be some.
 /// @throws std::runtime_error naming the folder where it is missing or has none
 std::vector<std::string> listImages(const std::string& folder);
 

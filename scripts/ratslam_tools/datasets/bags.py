@@ -57,8 +57,9 @@ def _check_records(path: str) -> None:
             raise InputError(f"{path}: not a readable bag: it is no regular file")
         size = os.path.getsize(path)
         with open(path, "rb") as file:
-            if not file.readline(64).startswith(b"#ROSBAG V2.0\n"):
-                raise InputError(f"{path}: not a readable bag: it does not begin with '#ROSBAG V2.0'")
+            begin = file.readline(64)
+            if not begin.startswith(b"#ROSBAG V2.0\n"):
+                raise InputError(f"{path}: not a readable bag: {_what_else(begin)}")
             position = file.tell()
             while position < size:
                 header = _field(file, position, size, path)
@@ -73,6 +74,16 @@ def _check_records(path: str) -> None:
         raise InputError(f"{path}: not a readable bag: {error.strerror}") from None
 
 
+def _what_else(begin: bytes) -> str:
+    """What a file is whose first bytes are not those of a bag."""
+    otherwise = "it does not begin with '#ROSBAG V2.0'"
+    if begin.startswith(b"\x89MCAP"):
+        return otherwise + " but as a bag of ROS 2; rosbags-convert makes one of ROS 1 of it"
+    if begin.startswith(b"SQLite format"):
+        return otherwise + " but as a database: if it is a bag of ROS 2, rosbags-convert makes one of ROS 1 of it"
+    return otherwise
+
+
 def _length(file, position: int, size: int, path: str) -> int:
     """The 32-bit length at `position`, of something that lies within the file."""
     file.seek(position)
@@ -80,7 +91,8 @@ def _length(file, position: int, size: int, path: str) -> int:
     length = struct.unpack("<I", data)[0] if len(data) == 4 else size
     if position + 4 + length > size:
         raise InputError(
-            f"{path}: not a readable bag, or a damaged one: a record at byte {position} reaches beyond the file's end"
+            f"{path}: not a readable bag, or a damaged one: a record at byte {position} reaches beyond the file's end; "
+            f"rosbag reindex {path} keeps the chunks that are whole"
         )
     return length
 

@@ -73,9 +73,8 @@ bool naturallyBefore(const std::string& a, const std::string& b) {
   return a_ends && b_ends ? a < b : a_ends;  // names that differ in zeros alone stay apart
 }
 
-std::vector<std::string> listImages(const std::string& folder) {
+std::vector<std::string> imagesIn(const std::string& folder) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) throw std::runtime_error(folder + ": no such folder of images");
   std::vector<std::string> images;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string ending = inSmallLetters(entry.path().extension().string());
@@ -88,6 +87,13 @@ std::vector<std::string> listImages(const std::string& folder) {
   }
   if (error) throw std::runtime_error(folder + ": cannot be read: " + error.message());
   std::sort(images.begin(), images.end(), naturallyBefore);
+  return images;
+}
+
+std::vector<std::string> listImages(const std::string& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) throw std::runtime_error(folder + ": no such folder of images");
+  std::vector<std::string> images = imagesIn(folder);
   if (images.empty()) throw std::runtime_error(folder + ": has no .png or .jpg images");
   return images;
 }

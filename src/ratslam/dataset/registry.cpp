@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "ratslam/dataset/image_folder.h"
 #include "ratslam/dataset/kitti_folder.h"
 #include "ratslam/dataset/recorder_folder.h"
 
@@ -68,17 +69,28 @@ std::string hintFor(const std::string& path) {
   if (fs::exists(path + "/manifest.json")) {
     return "; it is a donkey car's tub, of which donkey_to_kitti makes a sequence";
   }
-  std::vector<std::string> folders;
+  if (fs::exists(path + "/metadata.yaml")) {
+    return "; it seems to be a bag of ROS 2, of which rosbags-convert makes one of ROS 1";
+  }
+  std::vector<std::string> folders, bags;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(path, error)) {
     const std::string name = entry.path().filename().string();
     if (entry.is_directory(error) && name.rfind("image", 0) == 0) folders.push_back(name);
+    if (entry.path().extension() == ".bag") bags.push_back(name);
   }
-  std::sort(folders.begin(), folders.end());
   if (!folders.empty()) {
-    return "; its images in " + folders.front() + "/ are read with --image-folder " + folders.front();
+    const std::string first = *std::min_element(folders.begin(), folders.end());
+    return "; its images in " + first + "/ are read with --image-folder " + first;
+  }
+  if (!bags.empty()) {
+    return "; bags lie in it: name one of them, such as " + *std::min_element(bags.begin(), bags.end());
   }
   if (fs::exists(path + "/times.txt")) return "; images that lie in it itself are read with --image-folder .";
+  if (!imagesIn(path).empty()) {
+    return "; images lie in it itself: with a times.txt beside them, a time in seconds for each, "
+           "--image-folder . reads them";
+  }
   return "";
 }
 

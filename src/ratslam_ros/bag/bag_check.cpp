@@ -34,6 +34,19 @@ constexpr std::uint64_t kMostPacked = 1000;
                            ": " + reason);
 }
 
+/// What a file is whose first bytes are not those of a bag.
+std::string whatElse(const std::string& begin) {
+  const std::string otherwise = "it does not begin with #ROSBAG V2.0";
+  if (begin.rfind("\x89MCAP", 0) == 0) {
+    return otherwise + " but as a bag of ROS 2; rosbags-convert makes one of ROS 1 of it";
+  }
+  if (begin.rfind("SQLite format", 0) == 0) {
+    return otherwise +
+           " but as a database: if it is a bag of ROS 2, rosbags-convert makes one of ROS 1 of it";
+  }
+  return otherwise;
+}
+
 template <class T>
 T numberIn(const std::string& bytes, std::size_t at = 0) {
   T number{};
@@ -120,12 +133,17 @@ class FileBytes {
 class Records {
  public:
   explicit Records(const std::string& path)
-      : path_(path), file_(path), whole_(span(file_.size(), "the file")), chunk_span_(whole_) {}
+      : path_(path),
+        file_(path),
+        whole_(
+            span(file_.size(), "the file", "; rosbag reindex " + path + " keeps the chunks that are whole")),
+        chunk_span_(whole_) {}
 
   std::vector<BagCheck::PackedChunk> check() {
     const std::string version = "#ROSBAG V2.0\n";
     // What only resembles it rosbag might take for a bag of another kind, whose lengths nobody has checked.
-    if (file_.read(0, version.size()) != version) refuse(path_, 0, "it does not begin with #ROSBAG V2.0");
+    const std::string begin = file_.read(0, version.size());
+    if (begin != version) refuse(path_, 0, whatElse(begin));
     for (std::uint64_t at = version.size(); at < whole_.end;) {
       records_.insert(at);
       at = checkRecord(at);
@@ -140,9 +158,12 @@ class Records {
   }
 
  private:
-  Span span(std::uint64_t end, const char* name) {
+  /// @param way_out  said behind what is wrong
+  Span span(std::uint64_t end, const char* name, const std::string& way_out = "") {
     return {[this](std::uint64_t at, std::uint64_t count) { return file_.read(at, count); }, end, name,
-            [this](std::uint64_t at, const std::string& reason) { refuse(path_, at, reason); }};
+            [this, way_out](std::uint64_t at, const std::string& reason) {
+              refuse(path_, at, reason + way_out);
+            }};
   }
 
   /// @return where the next record begins

@@ -182,6 +182,18 @@ TEST_F(FolderFormsTest, AClockThatWasSetBackIsNamedAndSingleLateLinesAreSorted) 
   }
 }
 
+TEST_F(FolderFormsTest, FoldersOfBagsAndBagsOfAnotherRosAreNamed) {
+  fs::remove_all(folder_ / "image_0");
+  fs::remove(folder_ / "times.txt");
+  write("drive_1.bag", "");
+  write("drive_0.bag", "");
+  expectComplaint([&] { folderRecordings().open(folder_.string(), {}); },
+                  {"bags lie in it", "name one of them", "drive_0.bag"});
+  write("metadata.yaml", "rosbag2_bagfile_information:\n");
+  expectComplaint([&] { folderRecordings().open(folder_.string(), {}); },
+                  {"a bag of ROS 2", "rosbags-convert"});
+}
+
 TEST_F(FolderFormsTest, TheRegistryOpensWhatItsKindsRecogniseAndSaysWhatAFolderIsInstead) {
   const auto open = [&](const RecordingOptions& options) {
     return folderRecordings().open(folder_.string(), options);
@@ -206,6 +218,9 @@ TEST_F(FolderFormsTest, TheRegistryOpensWhatItsKindsRecogniseAndSaysWhatAFolderI
   fs::rename(folder_ / "image_2/0.png", folder_ / "0.png");
   fs::remove(folder_ / "image_2");
   expectComplaint([&] { open({}); }, {"--image-folder ."});
+  fs::rename(folder_ / "times.txt", folder_ / "times.later");
+  expectComplaint([&] { open({}); }, {"images lie in it itself", "times.txt", "--image-folder ."});
+  fs::rename(folder_ / "times.later", folder_ / "times.txt");
   options = {};
   options.image_folder = ".";
   EXPECT_EQ(open(options)->imageCount(), 1U);

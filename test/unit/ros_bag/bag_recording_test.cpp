@@ -216,13 +216,19 @@ TEST_F(BagRecordingTest, UnusableFilesAreRefusedWithAReason) {
   std::ofstream(path("nearly.bag"), std::ios::binary) << "#ROS. V2.0\n\xc0\xc0\xc0\xc0\xc0";
   expectParts(open(path("nearly.bag")), {"nearly.bag", "not a readable bag", "#ROSBAG V2.0"});
 
+  std::ofstream(path("a.db3"), std::ios::binary) << std::string("SQLite format 3\0", 16) << "...";
+  expectParts(open(path("a.db3")), {"a.db3", "not a readable bag", "ROS 2", "rosbags-convert"});
+  std::ofstream(path("a.mcap"), std::ios::binary) << "\x89MCAP0\r\n...";
+  expectParts(open(path("a.mcap")), {"a.mcap", "not a readable bag", "ROS 2", "rosbags-convert"});
+
   { rosbag::Bag bag(path("no_messages.bag"), rosbag::bagmode::Write); }
   expectParts(open(path("no_messages.bag")), {"no messages at all"});
 
   const std::string good = goodBag();
   fs::copy_file(good, path("truncated.bag"));
   fs::resize_file(path("truncated.bag"), fs::file_size(good) * 2 / 3);
-  expectParts(open(path("truncated.bag")), {"truncated.bag", "truncated"});
+  expectParts(open(path("truncated.bag")),
+              {"truncated.bag", "truncated", "rosbag reindex " + path("truncated.bag")});
 
   fs::create_directories(path("folder.bag"));
   expectParts(open(path("folder.bag")), {"folder.bag", "no regular file"});
