@@ -3,11 +3,7 @@
 from folders, whatever is wrong."""
 import json
 import os
-import shutil
-import subprocess
 import sys
-import tempfile
-import unittest
 
 import rospy
 import rostest
@@ -20,7 +16,6 @@ import broken_recordings  # noqa: E402  (lies beside this file)
 import harness  # noqa: E402
 
 FRAMES = broken_recordings.FRAMES
-TRAJECTORIES = ("online", "final")
 # What is counted beside frames and used_images, and how many frames are used; kinds that are not here lose nothing.
 EXPECTED = {
     "mono16_of_12_bits": (FRAMES, {"changes_of_bit_depth": 1}),
@@ -56,84 +51,54 @@ EXPECTED = {
 NOTHING_MAPPED = {"all_float", "all_unreadable", "all_stamps_zero"}
 
 
-class Broken(unittest.TestCase):
+class Broken(harness.NodeTest):
     ODOMETRY = ("vo", "profile")  # node, and name for the runner
-
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(cls.folder, "config.yaml")
-        harness.write_config(cls.config)
-        cls.kinds = broken_recordings.kinds()
-        rospy.init_node("broken_test")
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
 
     def run_offline(self, recording, name):
         """Exit code, what was said, counts of summary.json and trajectories as bytes."""
         out = self.path("run_" + name)
-        run = subprocess.run([harness.executable("ratslam_run"), recording, "--config", self.config, "--odometry",
-                              self.ODOMETRY[1], "--out", out],
-                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=120)
+        run = harness.offline(recording, self.config, out, "--odometry", self.ODOMETRY[1])
         self.assertIn(run.returncode, (0, 1), run.stdout)
         with open(out + "/summary.json", encoding="utf-8") as file:
             counts = json.load(file)["counts"]
-        with open(out + "/actions.csv", encoding="utf-8") as file:
-            decisions = len(file.readlines()) - 1
-        return run, counts, self.trajectories(out + "/trajectory"), decisions
-
-    @staticmethod
-    def trajectories(prefix):
-        contents = []
-        for kind in TRAJECTORIES:
-            with open(f"{prefix}_{kind}.tum", "rb") as file:
-                contents.append(file.read())
-        return contents
+        return run, counts, harness.trajectories(out + "/trajectory"), harness.contents(out + "/actions.csv").count(b"\n") - 1
 
     def run_nodes(self, name, shots, decisions):
         """What the nodes count and their trajectories, and the nodes' words; all must live to the end."""
-        root = "/" + name.lower()
+        self.root = "/" + name.lower()
+        self.running.clear()  # of the kind before, which have ended
         out = self.path("nodes_" + name)
         compressed = shots[0].data is not None
-        counts, poses = {}, []
+        counts = {}
 
         def diagnosed(message):
             for status in message.status:
-                if ("/" + status.name).startswith(root) and status.name.endswith(": images"):
+                if status.name.endswith(self.named("") + ": images"):
                     counts[status.name] = {value.key: int(value.value) for value in status.values if value.value.isdigit()}
 
-        listeners = [rospy.Subscriber("/diagnostics", DiagnosticArray, diagnosed, queue_size=None),
-                     rospy.Subscriber(root + "/ExperienceMap/RobotPose", PoseStamped, poses.append, queue_size=None)]
-        common = {"topic_root": root, "image_queue_size": 0, "image_transport": "compressed" if compressed else "raw",
-                  "publish_tf": "false", "sync_timeout": 60}
-        nodes = [harness.start_node("ratslam_" + node, self.config, f"__name:={node}", f"__ns:={root}", **common, **more)
+        listener = rospy.Subscriber("/diagnostics", DiagnosticArray, diagnosed, queue_size=None)
+        poses = self.collected("ExperienceMap/RobotPose", PoseStamped)
+        common = {"image_transport": "compressed" if compressed else "raw", "publish_tf": "false", "sync_timeout": 60}
+        nodes = [self.start("ratslam_" + node, **common, **more)
                  for node, more in (("em", {"trajectory_file": out}), ("pc", {"wait_for_subscribers": 1}),
                                     ("lv", {"wait_for_subscribers": 1}), (self.ODOMETRY[0], {"wait_for_subscribers": 2}))]
-        words = lambda: "\n".join(node.output() for node in nodes)
-        topic = root + ("/camera/image/compressed" if compressed else "/camera/image")
-        publisher = rospy.Publisher(topic, CompressedImage if compressed else Image, queue_size=0)
+        publisher = rospy.Publisher(self.root + "/camera/image" + ("/compressed" if compressed else ""),
+                                    CompressedImage if compressed else Image, queue_size=0)
         try:
-            self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() == 2 and
-                                               listeners[1].get_num_connections() == 1, 30.0), words())
+            self.wait(lambda: publisher.get_num_connections() == 2 and self.subscribers[-1].get_num_connections() == 1, 30.0)
             for shot in shots:
                 publisher.publish(shot.compressed() if compressed else shot.raw())
             complete = lambda: len(counts) == 2 and all(c.get("frames") == len(shots) for c in counts.values())
-            self.assertTrue(harness.wait_until(complete, 30.0), f"{counts} {words()}")
-            self.assertTrue(harness.wait_until(lambda: len(poses) >= decisions, 10.0), f"{len(poses)} {words()}")
+            self.assertTrue(harness.wait_until(complete, 30.0), f"{counts} {self.words()}")
+            self.assertTrue(harness.wait_until(lambda: len(poses) >= decisions, 10.0), f"{len(poses)} {self.words()}")
             for node in nodes:
-                self.assertEqual(node.interrupt(), 0, words())
-            return list(counts.values()), self.trajectories(out), words()
+                self.assertEqual(node.interrupt(), 0, self.words())
+            return list(counts.values()), harness.trajectories(out), self.words()
         finally:
             publisher.unregister()
+            listener.unregister()
             for node in nodes:
                 node.interrupt()
-            for listener in listeners:
-                listener.unregister()
 
     def check(self, name, shots, as_folder):
         bag = self.path(name + ".bag")
@@ -162,10 +127,11 @@ class Broken(unittest.TestCase):
             self.assertEqual({key: one[key] for key in known}, {key: counts[key] for key in known}, words)
 
     def test_nodes_and_runner_agree_on_bags_and_folders(self):
-        self.assertGreaterEqual(len(self.kinds), 25)
-        self.assertLessEqual(set(EXPECTED), set(self.kinds))
+        kinds = broken_recordings.kinds()
+        self.assertGreaterEqual(len(kinds), 25)
+        self.assertLessEqual(set(EXPECTED), set(kinds))
         failures = []  # sub-tests would not show in rostest's results
-        for name, (shots, as_folder) in self.kinds.items():
+        for name, (shots, as_folder) in kinds.items():
             try:
                 self.check(name, shots, as_folder)
             except AssertionError as error:

@@ -2,13 +2,10 @@
 """A drive that is disturbed as real ones are - a gap, a blind, a frozen, a covered camera, a late image - with the ORB
 odometry: nodes and ratslam_run leave the same map."""
 import os
-import subprocess
 import sys
-import tempfile
 
 import cv2
 import numpy as np
-import rospy
 import rostest
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -42,19 +39,15 @@ class Disturbed(broken_test.Broken):
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(cls.folder, "config.yaml")
+        super().setUpClass()
         harness.write_config(cls.config, **CAMERA)
-        rospy.init_node("disturbed_test")
 
     def test_nodes_and_runner_agree_on_bags_and_folders(self):
         town = self.path("town")
-        subprocess.run([harness.executable("ratslam_town"), "--out", town, "--frames", str(FRAMES), "--size", "480x160",
-                        "--calibration", f"{FOCAL},{FOCAL},239.5,70"], check=True, stdout=subprocess.DEVNULL)
+        harness.write_town(town, "--frames", str(FRAMES), "--size", "480x160", "--calibration", f"{FOCAL},{FOCAL},239.5,70")
         shots = []
         for index in range(FRAMES):
-            with open(f"{town}/image_0/{index:06d}.png", "rb") as file:
-                shots.append(broken_recordings.Shot(START + index * 100000000, data=file.read()))
+            shots.append(broken_recordings.Shot(START + index * 100000000, data=harness.contents(f"{town}/image_0/{index:06d}.png")))
         shots = disturbed(shots)
         bag, folder = self.path("disturbed.bag"), self.path("disturbed")
         broken_recordings.write_bag(bag, shots)

@@ -9,10 +9,12 @@ import tempfile
 import threading
 import time
 import unittest
+import xmlrpc.client
 
 import cv2
 import numpy as np
 import rosbag
+import rosgraph
 import roslib.packages
 import rospkg
 import rospy
@@ -110,10 +112,23 @@ def write_bag(path, root, frames, compressed=False, odometry_period_ns=None, siz
             bag.write(topic, message, stamp(at))
 
 
-def write_config(path, **changes):
+def write_parameters(path, values):
     with open(path, "w", encoding="utf-8") as file:
-        for key, value in {**CONFIG, **changes}.items():
-            file.write(f"{key}: {value}\n")
+        file.writelines(f"{key}: {value}\n" for key, value in values.items())
+
+
+def write_config(path, **changes):
+    write_parameters(path, {**CONFIG, **changes})
+
+
+def contents(path):
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def trajectories(prefix):
+    """@return [online, final], as bytes"""
+    return [contents(f"{prefix}_{kind}.tum") for kind in ("online", "final")]
 
 
 def executable(name):
@@ -168,26 +183,53 @@ class Process:
         return code
 
 
-def start_node(name, *arguments, **parameters):
-    """A node of the package with private parameters; arguments are a configuration file and remappings."""
+def start_node(name, *arguments, before=(), **parameters):
+    """A node of the package with private parameters; arguments are a configuration file and remappings, `before` words that
+    run the command."""
     values = [f"_{key}:={value}" for key, value in parameters.items()]
-    return Process([executable(name), *arguments, *values])
+    return Process([*before, executable(name), *arguments, *values])
+
+
+def launch(name, cwd=None, **arguments):
+    """A launch file: the package's by its name, another by its path."""
+    file = [name] if os.path.isabs(name) else ["ratslam_ros", name]
+    return Process(["roslaunch", *file, *(f"{key}:={value}" for key, value in arguments.items())], cwd=cwd)
+
+
+def offline(recording, config, out, *options):
+    """ratslam_run. @return what subprocess.run does: the exit code, and all that was said as stdout"""
+    return subprocess.run([executable("ratslam_run"), recording, "--config", config, "--out", out, *options],
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=300)
 
 
 def demo_config():
     return os.path.join(rospkg.RosPack().get_path("ratslam_ros"), "config", "demo.yaml")
 
 
+def write_town(path, *options):
+    """A rendered drive, as a bag or a folder."""
+    subprocess.run([executable("ratslam_town"), "--out", path, *options], check=True, stdout=subprocess.DEVNULL)
+
+
 def write_town_bag(path):
     """60 frames of a drive through the synthetic town, as JPEG on /town."""
-    subprocess.run([executable("ratslam_town"), "--out", path, "--frames", "60", "--jpeg-quality", "90"], check=True,
-                   stdout=subprocess.DEVNULL)
+    write_town(path, "--frames", "60", "--jpeg-quality", "90")
 
 
 def launch_on_town(**arguments):
     """ratslam.launch for such a bag."""
-    arguments = {"config": demo_config(), "topic_root": "town", "compressed": "true", **arguments}
-    return Process(["roslaunch", "ratslam_ros", "ratslam.launch", *(f"{key}:={value}" for key, value in arguments.items())])
+    return launch("ratslam.launch", **{"config": demo_config(), "topic_root": "town", "compressed": "true", **arguments})
+
+
+def links(name):
+    """{(topic, node)}: who listens to a node, as it knows itself; nobody where it does not run yet."""
+    caller = "/links_of_test"
+    try:
+        api = rosgraph.Master(caller).lookupNode(name)
+        _, _, connections = xmlrpc.client.ServerProxy(api).getBusInfo(caller)
+    except (rosgraph.MasterException, OSError):
+        return set()
+    return {(topic, other) for _, other, direction, _, topic, connected, *_ in connections if direction == "o" and connected}
 
 
 def wait_until(condition, timeout=15.0, step=0.05):
@@ -199,37 +241,91 @@ def wait_until(condition, timeout=15.0, step=0.05):
     return condition()
 
 
-class NodeTest(unittest.TestCase):
-    """Tests of single nodes, each in a namespace that has the test's name. What still runs at a test's end is ended."""
+class FolderTest(unittest.TestCase):
+    """Tests with a folder and a configuration of their own. What still runs at a test's end is ended."""
 
     @classmethod
     def setUpClass(cls):
         rospy.init_node(cls.__name__.lower() + "_test")
         cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(cls.folder, "config.yaml")
+        cls.config = cls.path("config.yaml")
         write_config(cls.config)
-        cls.strip = panorama()
 
     @classmethod
     def tearDownClass(cls):
         shutil.rmtree(cls.folder)
 
+    @classmethod
+    def path(cls, *names):
+        return os.path.join(cls.folder, *names)
+
     def setUp(self):
-        self.nodes = []
-        self.root = "/" + self.id().rsplit(".", 1)[-1]
+        self.running, self.subscribers = [], []
 
     def tearDown(self):
-        for node in self.nodes:
-            if node.process.poll() is None:
-                node.process.send_signal(signal.SIGCONT)
-                node.interrupt()
+        for process in reversed(self.running):
+            if process.process.poll() is None:
+                process.process.send_signal(signal.SIGCONT)
+                process.interrupt(30.0)
+        for subscriber in self.subscribers:
+            subscriber.unregister()
+
+    def keep(self, process):
+        self.running.append(process)
+        return process
+
+    def words(self):
+        return "\n".join(process.output() for process in self.running)
+
+    def wait(self, condition, timeout=15.0):
+        self.assertTrue(wait_until(condition, timeout), self.words())
+
+    def collected(self, topic, kind, connected=False):
+        """A list that everything on the topic is appended to; `connected`: the node runs already."""
+        messages = []
+        subscriber = rospy.Subscriber(topic, kind, messages.append, queue_size=None)
+        self.subscribers.append(subscriber)
+        self.assertTrue(not connected or wait_until(lambda: subscriber.get_num_connections() > 0), topic)
+        return messages
+
+    def launch(self, name="ratslam.launch", cwd=None, **arguments):
+        """A launch file with the test's configuration."""
+        return self.keep(launch(name, cwd, **{"config": self.config, **arguments}))
+
+    def completed(self, launched, prefix, timeout=120.0):
+        """Waits for the end of a playback. @return the trajectories that it has left"""
+        self.assertEqual(launched.ended(timeout), 0, launched.output())
+        self.assertIn("the map has processed the last image", launched.output())
+        return trajectories(prefix)
+
+    def offline(self, recording, name, *options):
+        """The trajectories of a run without nodes, in the folder of that name."""
+        run = offline(recording, self.config, self.path(name), *options)
+        self.assertEqual(run.returncode, 0, run.stdout)
+        return trajectories(self.path(name, "trajectory"))
+
+
+class NodeTest(FolderTest):
+    """Tests of single nodes, each in a namespace that has the test's name."""
+    BEFORE = ()  # words before a node's command
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.strip = panorama()
+
+    def setUp(self):
+        super().setUp()
+        self.nodes = self.running
+        self.root = "/" + self.id().rsplit(".", 1)[-1]
+
+    def named(self, name):
+        return name + self.root.replace("/", "_")
 
     def start(self, name, *arguments, **parameters):
         """A node that drops no image unless it is told to."""
         parameters = {"topic_root": self.root, "image_queue_size": 0, **parameters}
-        node = start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", *arguments, **parameters)
-        self.nodes.append(node)
-        return node
+        return self.keep(start_node(name, self.config, f"__name:={self.named(name)}", *arguments, before=self.BEFORE, **parameters))
 
     def publisher(self, topic, kind, subscribers=1, queue_size=1000):
         """A publisher to which so many nodes have connected."""
@@ -238,12 +334,7 @@ class NodeTest(unittest.TestCase):
         return publisher
 
     def collected(self, topic, kind, connected=False):
-        """A list that everything on the topic is appended to; `connected`: the node runs already."""
-        messages = []
-        name = topic if topic.startswith("/") else self.root + "/" + topic
-        subscriber = rospy.Subscriber(name, kind, messages.append, queue_size=None)
-        self.assertTrue(not connected or wait_until(lambda: subscriber.get_num_connections() > 0), topic)
-        return messages
+        return super().collected(topic if topic.startswith("/") else self.root + "/" + topic, kind, connected)
 
     def frame(self, index):
         return frame(self.strip, index)

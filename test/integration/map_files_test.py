@@ -9,17 +9,14 @@ import shutil
 import sqlite3
 import subprocess
 import sys
-import time
 
 import rospy
 import rostest
-from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Odometry
 from ratslam_ros.srv import MapPath
-from sensor_msgs.msg import Image
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-import harness  # noqa: E402  (lies beside this file)
+import chain  # noqa: E402  (lies beside this file)
+import harness  # noqa: E402
 
 PARTS = {"ratslam_em": "experience_map", "ratslam_pc": "pose_cells", "ratslam_lv": "local_view"}
 SMALL = 16384  # bytes: less than any checkpoint has
@@ -35,51 +32,25 @@ def mere_user():
 MERE_USER = mere_user()
 
 
-class MapFiles(harness.NodeTest):
+class MapFiles(chain.ChainTest):
+    BEFORE = MERE_USER
+    PARAMETERS = {"autosave_period": 1.0}
+
     def setUp(self):
         super().setUp()
-        self.map_dir = os.path.join(self.folder, self.root[1:])
         os.makedirs(self.map_dir)
-        self.next, self.poses = 0, self.collected("ExperienceMap/RobotPose", PoseStamped)
-        self.images, self.odometry = None, None
 
     def tearDown(self):
         super().tearDown()
         os.chmod(self.map_dir, 0o755)
 
-    def node(self, name, alias="", **parameters):
-        parameters = {"topic_root": self.root, "image_queue_size": 0, "map_dir": self.map_dir, "autosave_period": 1.0, **parameters}
-        node = harness.Process([*MERE_USER, harness.executable(name), self.config, f"__name:={name}{alias}{self.root.replace('/', '_')}",
-                                *(f"_{key}:={value}" for key, value in parameters.items())])
-        self.nodes.append(node)
-        return node
-
-    def chain(self, **parameters):
+    def nodes_of_map(self, **parameters):
         """@return the nodes that keep a part of the map, by name"""
-        for publisher in filter(None, (self.images, self.odometry)):  # connected to nodes that are no more
-            publisher.unregister()
-        self.images = rospy.Publisher(self.root + "/camera/image", Image, queue_size=1000)
-        self.odometry = rospy.Publisher(self.root + "/odom", Odometry, queue_size=1000)
-        nodes = {name: self.node(name, **parameters, **({} if name == "ratslam_em" else {"wait_for_subscribers": 1})) for name in PARTS}
-        self.assertTrue(harness.wait_until(lambda: self.odometry.get_num_connections() == 2 and self.images.get_num_connections() == 1, 30.0),
-                        "\n".join(node.output() for node in nodes.values()))
-        time.sleep(0.3)
-        return nodes
+        return self.chain(*PARTS, **parameters)
 
-    def drive(self, frames):
-        for index in range(self.next, self.next + frames):
-            self.odometry.publish(harness.odometry_message(harness.frame_stamp(index)))
-            self.images.publish(self.image(index))
-            time.sleep(0.005)
-        self.next += frames
-        last = harness.stamp(harness.frame_stamp(self.next - 1))
-        self.assertTrue(harness.wait_until(lambda: self.poses and self.poses[-1].header.stamp == last, 30.0),
-                        "\n".join(node.output() for node in self.nodes))
-
-    def kill(self, nodes):
-        for node in nodes.values():
-            node.process.kill()
-            node.ended()
+    def writer(self, name, alias="", **parameters):
+        """One more node that keeps its part in the same folder."""
+        return self.start(name, f"__name:={self.named(name)}{alias}", map_dir=self.map_dir, **{**self.PARAMETERS, **parameters})
 
     def save(self, path):
         rospy.wait_for_service(self.root + "/ExperienceMap/SaveMap", 15.0)
@@ -120,24 +91,22 @@ class MapFiles(harness.NodeTest):
             self.assertEqual(node.count("checkpoint lost"), 1, node.output())
 
     def test_full_disk(self):
-        nodes = self.chain()
+        nodes = self.nodes_of_map()
         self.drive(45)
         self.written_up_to(4)
         self.assertTrue(self.save("lap.db").success)
         kept = self.stamps("local_view")
-        with open(os.path.join(self.map_dir, "lap.db"), "rb") as file:
-            whole = file.read()
+        whole = harness.contents(os.path.join(self.map_dir, "lap.db"))
         for node in nodes.values():
             resource.prlimit(node.process.pid, resource.RLIMIT_FSIZE, (SMALL, resource.RLIM_INFINITY))
         self.drive(20)
         self.lost(nodes, "the disk is full")
         self.assertEqual(self.stamps("local_view"), kept)
         self.refused("the disk is full", "lap.db")
-        with open(os.path.join(self.map_dir, "lap.db"), "rb") as file:
-            self.assertEqual(file.read(), whole)
+        self.assertEqual(harness.contents(os.path.join(self.map_dir, "lap.db")), whole)
         self.assertEqual([name for name in os.listdir(self.map_dir) if ".part" in name], [])
         self.kill(nodes)
-        nodes = self.chain()
+        nodes = self.nodes_of_map()
         self.resumes(nodes, dict.fromkeys(PARTS, 4))
         self.drive(20)
         self.written_up_to(8)
@@ -145,7 +114,7 @@ class MapFiles(harness.NodeTest):
             self.assertEqual(node.count("damaged|lost"), 0, node.output())
 
     def test_room_again(self):
-        nodes = self.chain()
+        nodes = self.nodes_of_map()
         self.drive(45)
         self.written_up_to(4)
         for room in (SMALL, resource.RLIM_INFINITY):
@@ -162,12 +131,11 @@ class MapFiles(harness.NodeTest):
             self.skipTest("root writes everywhere here")
         os.chmod(self.map_dir, 0o555)
         for name in PARTS:
-            node = self.node(name)
+            node = self.writer(name)
             self.assertEqual(node.ended(), 1, node.output())
             self.assertEqual(node.count(f"FATAL.* {self.map_dir}/{PARTS[name]}.a.db: cannot write beside it: Permission denied"), 1, node.output())
-        self.nodes = []
         os.chmod(self.map_dir, 0o755)
-        nodes = self.chain()
+        nodes = self.nodes_of_map()
         self.drive(45)
         self.written_up_to(4)
         os.chmod(self.map_dir, 0o555)
@@ -176,7 +144,7 @@ class MapFiles(harness.NodeTest):
         self.refused("cannot write beside it: Permission denied", "lap.db")
         self.kill(nodes)
         # What is only read need not be writable.
-        nodes = self.chain(localise_only="true")
+        nodes = self.nodes_of_map(localise_only="true")
         self.resumes(nodes, dict.fromkeys(PARTS, 4))
         self.drive(20)
         for node in nodes.values():
@@ -185,10 +153,10 @@ class MapFiles(harness.NodeTest):
         self.assertEqual(max(self.stamps("local_view").values()), 4)
 
     def test_two_writers(self):
-        nodes = self.chain()
+        nodes = self.nodes_of_map()
         self.drive(25)
         for name, part in PARTS.items():
-            second = self.node(name, "_second", topic_root=self.root + "/second")
+            second = self.writer(name, "_second", topic_root=self.root + "/second")
             self.assertEqual(second.ended(), 1, second.output())
             self.assertEqual(second.count(f"FATAL.* {self.map_dir}/{part}.a.db: another program writes to it; one map has one writer"), 1,
                              second.output())
@@ -203,7 +171,7 @@ class MapFiles(harness.NodeTest):
             self.ends_well(node)
 
     def test_damaged(self):
-        nodes = self.chain()
+        nodes = self.nodes_of_map()
         self.drive(45)
         self.written_up_to(4)
         self.kill(nodes)
@@ -213,7 +181,7 @@ class MapFiles(harness.NodeTest):
             damaged[name] = max(stamps, key=stamps.get)
             left[name] = min(stamps.values())
             os.truncate(damaged[name], os.path.getsize(damaged[name]) // 2)
-        nodes = self.chain()
+        nodes = self.nodes_of_map()
         self.resumes(nodes, left)
         self.drive(30)
         self.written_up_to(6)

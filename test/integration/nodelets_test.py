@@ -1,10 +1,7 @@
 #!/usr/bin/python3
 """Local view and odometry as nodelets of one process: the map is the nodes', to the last byte, and so are their names."""
 import os
-import shutil
 import sys
-import tempfile
-import unittest
 
 import rosnode
 import rospy
@@ -14,54 +11,44 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
 
 
-class Nodelets(unittest.TestCase):
+class Nodelets(harness.FolderTest):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        cls.bag = os.path.join(cls.folder, "town.bag")
+        super().setUpClass()
+        cls.bag = cls.path("town.bag")
         harness.write_town_bag(cls.bag)
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
+    def on_town(self, **arguments):
+        return self.keep(harness.launch_on_town(**arguments))
 
-    def trajectories(self, name, **arguments):
-        out = os.path.join(self.folder, name)
-        launch = harness.launch_on_town(bag=self.bag, rate=4, trajectory_file=out, **arguments)
-        self.assertEqual(launch.ended(120.0), 0, launch.output())
-        contents = []
-        for kind in ("online", "final"):
-            with open(f"{out}_{kind}.tum", "rb") as file:
-                contents.append(file.read())
-        return contents
+    def played(self, name, **arguments):
+        out = self.path(name)
+        return self.completed(self.on_town(bag=self.bag, rate=4, trajectory_file=out, **arguments), out)
 
     def test_same_bytes_as_the_nodes(self):
         for odometry in ("profile", "orb"):
-            nodes = self.trajectories("nodes", odometry=odometry)
-            nodelets = self.trajectories("nodelets", odometry=odometry, nodelet_manager="eyes", start_manager="true")
+            nodes = self.played("nodes", odometry=odometry)
+            nodelets = self.played("nodelets", odometry=odometry, nodelet_manager="eyes", start_manager="true")
             self.assertGreaterEqual(nodes[1].count(b"\n"), 59)
             self.assertEqual(nodelets, nodes)
 
     def test_names_are_those_of_the_nodes(self):
-        launch = harness.launch_on_town(bag="", odometry="orb", nodelet_manager="eyes", start_manager="true")
-        try:
-            def published():
-                return {name for name, _ in rospy.get_published_topics()}
+        launch = self.on_town(bag="", odometry="orb", nodelet_manager="eyes", start_manager="true")
 
-            wanted = {"/ratslam_orb_vo/debug_image", "/ratslam_orb_vo/landmarks", "/town/odom", "/town/LocalView/Template"}
-            self.assertTrue(harness.wait_until(lambda: wanted <= published(), 30.0), (published(), launch.output()))
-            self.assertIn("/eyes", rosnode.get_node_names())
-        finally:
-            launch.interrupt(30.0)
+        def published():
+            return {name for name, _ in rospy.get_published_topics()}
+
+        wanted = {"/ratslam_orb_vo/debug_image", "/ratslam_orb_vo/landmarks", "/town/odom", "/town/LocalView/Template"}
+        self.assertTrue(harness.wait_until(lambda: wanted <= published(), 30.0), (published(), launch.output()))
+        self.assertIn("/eyes", rosnode.get_node_names())
 
     def test_a_bad_parameter_ends_the_launch_and_is_named(self):
-        bad = os.path.join(self.folder, "bad.yaml")
+        bad = self.path("bad.yaml")
         harness.write_config(bad, vt_match_threshold=7.0)
-        launch = harness.launch_on_town(bag="", config=bad, nodelet_manager="eyes", start_manager="true")
+        launch = self.on_town(bag="", config=bad, nodelet_manager="eyes", start_manager="true")
         self.assertTrue(launch.said("/ratslam_lv: vt_match_threshold: value 7 is not allowed", 30.0), launch.output())
         self.assertIsNotNone(launch.ended(30.0), launch.output())
 
 
 if __name__ == "__main__":
-    rospy.init_node("nodelets_test")
     rostest.rosrun("ratslam_ros", "nodelets", Nodelets, sys.argv)

@@ -1,12 +1,8 @@
 #!/usr/bin/python3
 """OpenRatSLAM's launch files, as they are, with our executables and a bag under the data set's root."""
 import os
-import shutil
 import sys
-import tempfile
-import unittest
 
-import rospy
 import rostest
 from ratslam_ros.msg import TopologicalMap
 
@@ -16,27 +12,18 @@ import harness  # noqa: E402  (lies beside this file)
 LAUNCH_FILES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "openratslam")
 
 
-class OpenRatSlam(unittest.TestCase):
+class OpenRatSlam(harness.FolderTest):
     def setUp(self):
-        self.folder = tempfile.mkdtemp()
+        super().setUp()
         os.environ["ROS_HOME"] = self.folder  # where rosbag record of the launch files writes
-        self.running = []
-
-    def tearDown(self):
-        for process in self.running:
-            process.interrupt(30.0)
-        shutil.rmtree(self.folder)
 
     def check(self, launch_file, root, size, with_odometry):
-        maps = []
-        rospy.Subscriber(root + "/ExperienceMap/Map", TopologicalMap, maps.append)
-        launch = harness.Process(["roslaunch", os.path.join(LAUNCH_FILES, launch_file)])
-        self.running.append(launch)
-        bag = os.path.join(self.folder, "drive.bag")
+        maps = self.collected(root + "/ExperienceMap/Map", TopologicalMap)
+        launch = self.keep(harness.launch(os.path.join(LAUNCH_FILES, launch_file)))
+        bag = self.path("drive.bag")
         harness.write_bag(bag, root, 40, compressed=True, size=size,
                           odometry_period_ns=50000000 if with_odometry else None)
-        player = harness.Process(["rosbag", "play", "--clock", "--wait-for-subscribers", "--delay", "3", bag])
-        self.running.append(player)
+        self.keep(harness.Process(["rosbag", "play", "--clock", "--wait-for-subscribers", "--delay", "3", bag]))
         self.assertTrue(harness.wait_until(lambda: maps and maps[-1].node_count > 1, 60.0), launch.output())
         self.assertEqual(launch.count("FATAL"), 0, launch.output())
 
@@ -51,5 +38,4 @@ class OpenRatSlam(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("openratslam_test")
     rostest.rosrun("ratslam_ros", "openratslam", OpenRatSlam, sys.argv)

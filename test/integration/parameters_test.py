@@ -1,10 +1,7 @@
 #!/usr/bin/python3
 """Bad parameters end a node with exit code 1 and one line that says what is wrong, and where it came from."""
 import os
-import shutil
 import sys
-import tempfile
-import unittest
 
 import rospy
 import rostest
@@ -16,15 +13,9 @@ import harness  # noqa: E402  (lies beside this file)
 NODES = ("ratslam_lv", "ratslam_pc", "ratslam_em", "ratslam_vo", "ratslam_orb_vo")
 
 
-class Parameters(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        rospy.init_node("parameters_test")
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
+class Parameters(harness.FolderTest):
+    def start(self, name, *arguments, **parameters):
+        return self.keep(harness.start_node(name, *arguments, **parameters))
 
     def assert_fatal(self, node, *parts):
         self.assertEqual(node.ended(), 1, node.output())
@@ -35,38 +26,36 @@ class Parameters(unittest.TestCase):
 
     def test_misspelt_key_in_every_node(self):
         for name in NODES:
-            node = harness.start_node(name, f"__name:=misspelt_{name}", pc_dim_xyz=3)
+            node = self.start(name, f"__name:=misspelt_{name}", pc_dim_xyz=3)
             self.assert_fatal(node, "pc_dim_xyz", f"/misspelt_{name}/pc_dim_xyz", "pc_dim_xy?")
 
     def test_wrong_type(self):
-        self.assert_fatal(harness.start_node("ratslam_pc", pc_dim_xy="wide"), "pc_dim_xy", "wide", "whole number")
+        self.assert_fatal(self.start("ratslam_pc", pc_dim_xy="wide"), "pc_dim_xy", "wide", "whole number")
 
     def test_out_of_range(self):
-        self.assert_fatal(harness.start_node("ratslam_pc", pc_dim_xy=0), "pc_dim_xy: value 0", "[1, 4096]")
-        self.assert_fatal(harness.start_node("ratslam_em", exp_correction=0.75), "exp_correction: value 0.75", "0.5")
-        self.assert_fatal(harness.start_node("ratslam_vo", camera_fov_deg=-3), "camera_fov_deg: value -3")
+        self.assert_fatal(self.start("ratslam_pc", pc_dim_xy=0), "pc_dim_xy: value 0", "[1, 4096]")
+        self.assert_fatal(self.start("ratslam_em", exp_correction=0.75), "exp_correction: value 0.75", "0.5")
+        self.assert_fatal(self.start("ratslam_vo", camera_fov_deg=-3), "camera_fov_deg: value -3")
 
     def test_missing_configuration_file(self):
-        self.assert_fatal(harness.start_node("ratslam_em", "/nowhere/config.txt"), "/nowhere/config.txt", "cannot open")
+        self.assert_fatal(self.start("ratslam_em", "/nowhere/config.txt"), "/nowhere/config.txt", "cannot open")
 
     def test_misspelt_key_in_a_file_names_its_line(self):
-        path = os.path.join(self.folder, "bad.yaml")
+        path = self.path("bad.yaml")
         with open(path, "w", encoding="utf-8") as file:
             file.write("exp_loops: 5\nexp_lops: 6\n")
-        self.assert_fatal(harness.start_node("ratslam_em", path), "exp_lops", "bad.yaml:2", "exp_loops?")
+        self.assert_fatal(self.start("ratslam_em", path), "exp_lops", "bad.yaml:2", "exp_loops?")
 
     def test_private_parameters_override_the_file(self):
-        path = os.path.join(self.folder, "config.yaml")
-        harness.write_config(path)
-        self.assert_fatal(harness.start_node("ratslam_pc", path, pc_dim_xy=0), "pc_dim_xy: value 0")
+        self.assert_fatal(self.start("ratslam_pc", self.config, pc_dim_xy=0), "pc_dim_xy: value 0")
 
     def test_crop_outside_the_image_and_smaller_than_the_template(self):
         publisher = rospy.Publisher("camera/image", Image, queue_size=10)
         for changes, parts in (({"image_crop_x_max": 1000}, ("image_crop_x_max", "1000")),
                                ({"image_crop_x_max": 10}, ("template_x_size", "20"))):
-            path = os.path.join(self.folder, "crop.yaml")
+            path = self.path("crop.yaml")
             harness.write_config(path, **changes)
-            node = harness.start_node("ratslam_lv", path)
+            node = self.start("ratslam_lv", path)
             self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() == 1), node.output())
             publisher.publish(harness.image_message(harness.frame(harness.panorama(), 0), harness.START_NS))
             # The image is refused in one line, and the node waits for one that suits.

@@ -3,12 +3,8 @@
 import contextlib
 import json
 import os
-import shutil
 import sqlite3
-import subprocess
 import sys
-import tempfile
-import unittest
 
 import rosbag
 import rostest
@@ -20,43 +16,15 @@ import restart_trials as trials  # noqa: E402
 FRAMES = 110
 
 
-class Playback(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp()
-        cls.config = os.path.join(cls.folder, "config.yaml")
-        harness.write_config(cls.config)
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class Playback(harness.FolderTest):
     def play(self, bag, rate, **arguments):
         """Trajectory files of one playback through roslaunch, as bytes: online and final."""
-        out = self.path(f"{os.path.basename(bag)}_{rate}")
-        arguments = {"bag": bag, "rate": rate, "config": self.config, "topic_root": "drive", "trajectory_file": out, **arguments}
-        out = arguments["trajectory_file"]
-        launch = harness.Process(["roslaunch", "ratslam_ros", "ratslam.launch", *(f"{k}:={v}" for k, v in arguments.items())])
-        self.assertEqual(launch.ended(120.0), 0, launch.output())
-        self.assertIn("the map has processed the last image", launch.output())
-        contents = []
-        for kind in ("online", "final"):
-            with open(f"{out}_{kind}.tum", "rb") as file:
-                contents.append(file.read())
-        return contents
+        arguments = {"trajectory_file": self.path(f"{os.path.basename(bag)}_{rate}"), **arguments}
+        launched = self.launch(bag=bag, rate=rate, topic_root="drive", **arguments)
+        return self.completed(launched, arguments["trajectory_file"])
 
     def run_offline(self, bag, odometry):
-        out = self.path("offline_" + os.path.basename(bag))
-        subprocess.run([harness.executable("ratslam_run"), bag, "--config", self.config, "--out", out, "--odometry", odometry],
-                       check=True, stdout=subprocess.DEVNULL)
-        contents = []
-        for kind in ("online", "final"):
-            with open(f"{out}/trajectory_{kind}.tum", "rb") as file:
-                contents.append(file.read())
-        return contents
+        return self.offline(bag, "offline_" + os.path.basename(bag), "--odometry", odometry)
 
     def test_profile_odometry_at_every_rate_and_offline(self):
         bag = self.path("images.bag")
@@ -104,8 +72,7 @@ class Playback(unittest.TestCase):
         profile, self.config = self.config, self.path("orb.yaml")
         harness.write_config(self.config, **trials.CONFIG, vt_descriptor="orientation", vt_recall="belief", exp_scale="true")
         bag = self.path("orb.bag")
-        subprocess.run([harness.executable("ratslam_town"), "--out", bag, "--root", "drive", "--frames", "500", "--size", "620x188",
-                        "--jpeg-quality", "90"], check=True, stdout=subprocess.DEVNULL)
+        harness.write_town(bag, "--root", "drive", "--frames", "500", "--size", "620x188", "--jpeg-quality", "90")
         orb = {"odometry": "orb", "compressed": "true"}
         reference = self.play(bag, 10, map_dir=self.path("orb_map"), **orb)
         self.assertEqual(self.run_offline(bag, "orb"), reference)
@@ -123,6 +90,23 @@ class Playback(unittest.TestCase):
         self.assertEqual(self.play(bag, 20, odometry="external"), reference)
         self.assertEqual(self.run_offline(bag, "topic"), reference)
         self.assertEqual(self.in_two_parts(bag, "topic_parts", odometry="external"), reference)
+
+    def test_a_late_image_beside_an_external_odometry_is_left_out_by_both(self):
+        whole, bag = self.path("in_order.bag"), self.path("late.bag")
+        harness.write_bag(whole, "/drive", FRAMES, compressed=True, odometry_period_ns=37000000)
+        with rosbag.Bag(whole) as source:
+            messages = list(source.read_messages())
+        images = [index for index, entry in enumerate(messages) if "image" in entry.topic]
+        one, other = images[40:42]
+        with rosbag.Bag(bag, "w") as late:
+            for index, entry in enumerate(messages):
+                late.write(entry.topic, messages[{one: other, other: one}.get(index, index)].message, entry.timestamp)
+        played = self.play(bag, 5, odometry="external", compressed="true")
+        self.assertEqual(self.running[-1].count("image skipped: it is late"), 1, self.words())
+        self.assertEqual(self.run_offline(bag, "topic"), played)
+        stamps = [float(line.split()[0]) for line in played[1].splitlines()]
+        self.assertEqual(stamps, sorted(set(stamps)))
+        self.assertGreaterEqual(len(stamps), FRAMES - 1)
 
     def test_recalls_by_belief_at_every_rate_and_offline(self):
         nearest, self.config = self.config, self.path("belief.yaml")

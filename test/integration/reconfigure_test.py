@@ -2,11 +2,7 @@
 """Thresholds and gains changed while the nodes run: every change is in the outputs with its stamp, so that a run without ROS
 that knows the changes leaves the same bytes. What sizes depend on, and what is not allowed, is refused."""
 import os
-import shutil
-import subprocess
 import sys
-import tempfile
-import unittest
 
 import dynamic_reconfigure.client
 import rospy
@@ -21,61 +17,34 @@ import harness  # noqa: E402  (lies beside this file)
 FRAMES = 150
 
 
-class Reconfiguration(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.mkdtemp()
-        self.config, self.bag = os.path.join(self.folder, "config.yaml"), os.path.join(self.folder, "drive.bag")
-        harness.write_config(self.config)
-        harness.write_bag(self.bag, "/drive", FRAMES)
-        self.launch = None
-
-    def tearDown(self):
-        if self.launch:
-            self.launch.interrupt(30.0)
-        shutil.rmtree(self.folder)
-
+class Reconfiguration(harness.FolderTest):
     def start(self, **arguments):
-        arguments = {"config": self.config, "topic_root": "drive", **arguments}
-        words = [f"{key}:={value}" for key, value in arguments.items()]
-        self.launch = harness.Process(["roslaunch", "ratslam_ros", "ratslam.launch", *words])
-
-    def offline(self, name, *options):
-        out = os.path.join(self.folder, name)
-        subprocess.run([harness.executable("ratslam_run"), self.bag, "--config", self.config, "--out", out, *options],
-                       check=True, stdout=subprocess.DEVNULL)
-        return self.contents(os.path.join(out, "trajectory"))
-
-    def contents(self, path):
-        found = []
-        for kind in ("online", "final"):
-            with open(f"{path}_{kind}.tum", "rb") as file:
-                found.append(file.read())
-        return found
+        self.launched = self.launch(topic_root="drive", **arguments)
 
     def test_a_run_with_changes_is_repeated_to_the_byte(self):
-        told, played = [], []
-        rospy.Subscriber("/drive/ParameterChange", ParameterChange, told.append)
-        rospy.Subscriber("/drive/camera/image", rospy.AnyMsg, played.append)
-        self.start(bag=self.bag, rate=1.5, trajectory_file=os.path.join(self.folder, "nodes"))
+        bag, nodes = self.path("drive.bag"), self.path("nodes")
+        harness.write_bag(bag, "/drive", FRAMES)
+        told = self.collected("/drive/ParameterChange", ParameterChange)
+        played = self.collected("/drive/camera/image", rospy.AnyMsg)
+        self.start(bag=bag, rate=1.5, trajectory_file=nodes)
         clients = {node: dynamic_reconfigure.client.Client(node, timeout=30.0)
                    for node in ("ratslam_lv", "ratslam_pc", "ratslam_em")}
-        self.assertTrue(harness.wait_until(lambda: len(played) > 20, 60.0), self.launch.output())
+        self.assertTrue(harness.wait_until(lambda: len(played) > 20, 60.0), self.launched.output())
         clients["ratslam_lv"].update_configuration({"vt_match_threshold": 0.008})
         clients["ratslam_pc"].update_configuration({"pc_vt_inject_energy": 0.4, "exp_delta_pc_threshold": 0.6})
-        self.assertTrue(harness.wait_until(lambda: len(played) > 60, 60.0), self.launch.output())
+        self.assertTrue(harness.wait_until(lambda: len(played) > 60, 60.0), self.launched.output())
         clients["ratslam_lv"].update_configuration({"vt_match_threshold": 0.05})
         clients["ratslam_em"].update_configuration({"exp_recall_kernel": 4.0})
-        self.assertEqual(self.launch.ended(120.0), 0, self.launch.output())
+        by_nodes = self.completed(self.launched, nodes)
 
-        changes = os.path.join(self.folder, "nodes_changes.csv")
+        changes = nodes + "_changes.csv"
         with open(changes, encoding="utf-8") as file:
             lines = file.read().splitlines()
         self.assertEqual(lines[0], "after_ns,name,value")
         self.assertEqual(len(lines), 1 + 5)
         self.assertEqual(sorted(lines[1:]), sorted(f"{c.header.stamp.to_nsec()},{c.name},{c.value}" for c in told))
-        nodes = self.contents(os.path.join(self.folder, "nodes"))
-        self.assertEqual(self.offline("same", "--changes", changes), nodes)
-        self.assertNotEqual(self.offline("unchanged"), nodes)
+        self.assertEqual(self.offline(bag, "same", "--changes", changes), by_nodes)
+        self.assertNotEqual(self.offline(bag, "unchanged"), by_nodes)
 
     def test_what_may_not_change_is_refused_and_said(self):
         self.start()
@@ -85,13 +54,12 @@ class Reconfiguration(unittest.TestCase):
         ask = rospy.ServiceProxy("/ratslam_pc/set_parameters", Reconfigure)
         with self.assertRaises(rospy.ServiceException):
             ask(Config(ints=[IntParameter("pc_dim_xy", 30)]))
-        self.assertTrue(self.launch.said("pc_dim_xy: it cannot be changed while the node runs"), self.launch.output())
+        self.assertTrue(self.launched.said("pc_dim_xy: it cannot be changed while the node runs"), self.launched.output())
         with self.assertRaises(rospy.ServiceException):
             ask(Config(ints=[IntParameter("pc_global_inhib", 2)]))
-        self.assertTrue(self.launch.said(r"pc_global_inhib: value 2 is not allowed"), self.launch.output())
+        self.assertTrue(self.launched.said(r"pc_global_inhib: value 2 is not allowed"), self.launched.output())
         self.assertEqual(client.get_configuration()["pc_global_inhib"], 0.00002)
 
 
 if __name__ == "__main__":
-    rospy.init_node("reconfigure_test")
     rostest.rosrun("ratslam_ros", "reconfigure", Reconfiguration, sys.argv)

@@ -4,7 +4,6 @@ import math
 import os
 import re
 import signal
-import subprocess
 import sys
 import time
 
@@ -104,9 +103,7 @@ class Chain:
         os.makedirs(folder)
         self.config = os.path.join(folder, "config.yaml")
         self.parameters = parameters
-        with open(self.config, "w", encoding="utf-8") as file:
-            for key, value in CONFIG.items():
-                file.write(f"{key}: {value}\n")
+        harness.write_parameters(self.config, CONFIG)
         self.trajectory = os.path.join(folder, "run")
         self.names = ["ratslam_em", "ratslam_pc", "ratslam_lv"] + ([NODES[odometry]] if odometry in NODES else [])
         self.nodes, self.earlier, self.next = {}, [], 0
@@ -130,12 +127,19 @@ class Chain:
             if name in ("ratslam_lv", "ratslam_pc", *NODES.values()):
                 parameters["wait_for_subscribers"] = 1
             self.nodes[name] = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", **parameters)
+        if not harness.wait_until(self.connected, 30.0):
+            raise AssertionError("the nodes do not listen: " + self.words())
+
+    def connected(self):
+        """All that take images or odometry do, the test hears all outputs, and the nodes listen to each other."""
         vo = self.odometry in NODES
         taken_by = 3 if CONFIG.get("vt_recall") == "belief" else 2
-        if not harness.wait_until(lambda: self.images.get_num_connections() == 1 + vo and (
-                vo or self.odom.get_num_connections() == taken_by) and all(s.get_num_connections() for s in self.listeners), 30.0):
-            raise AssertionError("the nodes do not listen: " + self.words())
-        time.sleep(0.5)  # the nodes among each other
+        called = {name: f"/{name}{self.root.replace('/', '_')}" for name in self.names}
+        wanted = [("ratslam_lv", "LocalView/Template", "ratslam_pc"), ("ratslam_pc", "PoseCell/State", "ratslam_em")]
+        wanted += [(NODES[self.odometry], "odom", listener) for listener in ("ratslam_pc", "ratslam_em") if vo]
+        return (self.images.get_num_connections() == 1 + vo and (vo or self.odom.get_num_connections() == taken_by)
+                and all(s.get_num_connections() for s in self.listeners)
+                and all((f"{self.root}/{topic}", called[to]) in harness.links(called[by]) for by, topic, to in wanted))
 
     def kill(self, *names, by=signal.SIGKILL):
         for name in names:
@@ -163,6 +167,13 @@ class Chain:
         self.next = until
         if wait and not harness.wait_until(lambda: self.poses and self.poses[-1].header.stamp >= self.town.stamps[until - 1], 60.0):
             raise AssertionError(f"no robot pose of frame {until - 1}: " + self.words())
+
+    def end(self):
+        """Ends what a failed trial has left."""
+        for node in self.nodes.values():
+            node.interrupt()
+        for listener in self.listeners:
+            listener.unregister()
 
     def finish(self):
         codes = {name: self.nodes[name].interrupt() for name in reversed(self.names)}
@@ -199,8 +210,8 @@ def undisturbed(town, folder, odometry="external"):
     """Mean APE of the run without a fault [m], and its poses: the runner leaves what the nodes do."""
     os.makedirs(folder)
     config = os.path.join(folder, "config.yaml")
-    with open(config, "w", encoding="utf-8") as file:
-        file.writelines(f"{key}: {value}\n" for key, value in CONFIG.items())
-    subprocess.run([harness.executable("ratslam_run"), town.bag, "--config", config, "--out", os.path.join(folder, "run"), "--odometry",
-                    "topic" if odometry == "external" else odometry], check=True, stdout=subprocess.DEVNULL)
+    harness.write_parameters(config, CONFIG)
+    run = harness.offline(town.bag, config, os.path.join(folder, "run"), "--odometry", "topic" if odometry == "external" else odometry)
+    if run.returncode:
+        raise AssertionError(run.stdout)
     return town.error(os.path.join(folder, "run", "trajectory_final.tum"), odometry != "external")

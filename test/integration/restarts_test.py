@@ -2,13 +2,8 @@
 """Nodes are killed in the middle of a drive and started again, from checkpoints and without: no place is ever mistaken for
 another, and the map is as good as what was driven meanwhile allows. `scripts/endurance restarts` does it at more moments."""
 import os
-import shutil
-import subprocess
 import sys
-import tempfile
-import unittest
 
-import rospy
 import rostest
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -19,31 +14,27 @@ KILLED, BACK = 310, 325  # frames: the car turns a corner in between
 AUTOSAVE_S = 5.0
 
 
-class Restarts(unittest.TestCase):
+class Restarts(harness.FolderTest):
     @classmethod
     def setUpClass(cls):
-        rospy.init_node("restarts_test")
-        cls.folder = tempfile.mkdtemp()
-        bag = os.path.join(cls.folder, "town.bag")
-        subprocess.run([harness.executable("ratslam_town"), "--out", bag, *trials.TOWN], check=True, stdout=subprocess.DEVNULL)
+        super().setUpClass()
+        bag = cls.path("town.bag")
+        harness.write_town(bag, *trials.TOWN)
         cls.town = trials.Town(bag)
         cls.undisturbed = {}
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
-
     def error_undisturbed(self, odometry):
         if odometry not in self.undisturbed:
-            self.undisturbed[odometry] = trials.undisturbed(self.town, os.path.join(self.folder, odometry), odometry)[0]
+            self.undisturbed[odometry] = trials.undisturbed(self.town, self.path(odometry), odometry)[0]
         return self.undisturbed[odometry]
 
     def restarted(self, nodes, odometry="external", moments=(KILLED,), rate=100.0, checkpoints=True):
         """A drive on which the nodes are killed, one after another at the moments, or all at the one there is."""
         name = self.id().rsplit(".", 1)[-1]
-        folder = os.path.join(self.folder, name)
+        folder = self.path(name)
         kept = {"map_dir": folder + "_map", "autosave_period": AUTOSAVE_S} if checkpoints else {}
         chain = trials.Chain(self.town, "/" + name, folder, odometry, **kept)
+        self.addCleanup(chain.end)
         for index, moment in enumerate(moments):
             killed = nodes if len(moments) == 1 else [nodes[index]]
             chain.restart(killed, moment, moment + BACK - KILLED, rate)
@@ -108,8 +99,8 @@ class Restarts(unittest.TestCase):
     def test_an_odometry_that_goes_back_to_its_origin(self):
         errors = []
         for reset in (None, KILLED):
-            posed = self.town.with_poses(os.path.join(self.folder, f"posed_{reset}.bag"), reset)
-            errors.append(trials.undisturbed(posed, os.path.join(self.folder, f"posed_{reset}"))[0])
+            posed = self.town.with_poses(self.path(f"posed_{reset}.bag"), reset)
+            errors.append(trials.undisturbed(posed, self.path(f"posed_{reset}"))[0])
         self.assertLess(errors[1], 2.0 * errors[0])
 
 

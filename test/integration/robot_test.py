@@ -2,12 +2,9 @@
 """Simulated robots: images at 15 Hz, raw and compressed, wheel odometry at 50 Hz whose stamps lie half a second behind."""
 import math
 import os
-import shutil
 import sys
-import tempfile
 import threading
 import time
-import unittest
 
 import rospy
 import rostest
@@ -69,60 +66,45 @@ class Robot:
             publisher.unregister()
 
 
-class Robots(unittest.TestCase):
+class Robots(harness.FolderTest):
     def setUp(self):
-        self.folder = tempfile.mkdtemp()
-        self.config = os.path.join(self.folder, "config.yaml")
-        harness.write_config(self.config)
-        self.robots, self.launch = [], None
+        super().setUp()
+        self.robots = []
 
     def tearDown(self):
-        if self.launch:
-            self.launch.interrupt(30.0)
+        super().tearDown()
         for robot in self.robots:
             robot.stop()
-        shutil.rmtree(self.folder)
-
-    def start(self, launch_file, **arguments):
-        words = [f"{key}:={value}" for key, value in {"config": self.config, **arguments}.items()]
-        self.launch = harness.Process(["roslaunch", "ratslam_ros", launch_file, *words])
-
-    def map_of(self, topic):
-        maps = []
-        rospy.Subscriber(topic, TopologicalMap, maps.append)
-        return maps
 
     def check_loop(self, maps):
         """The first lap is a circle of 80 places that closes when the second begins."""
         def closed():
             return maps and any(edge.destination_id < edge.source_id for edge in maps[-1].edge)
 
-        self.assertTrue(harness.wait_until(closed, LAP_S + 45.0), self.launch.output())
+        self.wait(closed, LAP_S + 45.0)
         ends = [node.pose.position for node in maps[-1].node]
         size = max(math.hypot(a.x - b.x, a.y - b.y) for a in ends for b in ends)
         self.assertAlmostEqual(size, LAP_S / math.pi, delta=0.3 * LAP_S / math.pi)
 
     def check_quiet(self):
         for bad in ("is stamped", "FATAL", "died", "published by", "broadcast by", "is silent"):
-            self.assertNotIn(bad, self.launch.output())
+            self.assertNotIn(bad, self.words())
 
     def test_a_robot_with_its_own_topics_frames_and_odometry(self):
-        transforms = []
-        rospy.Subscriber("/tf", tf2_msgs.msg.TFMessage, transforms.append)
-        maps = self.map_of("/ExperienceMap/Map")
+        transforms = self.collected("/tf", tf2_msgs.msg.TFMessage)
+        maps = self.collected("/ExperienceMap/Map", TopologicalMap)
         self.robots = [Robot("anna")]
-        self.start("robot.launch", image="/anna/camera/image_raw", odom="/anna/odom", compressed="true")
+        self.launch("robot.launch", image="/anna/camera/image_raw", odom="/anna/odom", compressed="true")
         self.check_loop(maps)
         names = {(t.header.frame_id, t.child_frame_id) for m in transforms for t in m.transforms}
         self.assertEqual(names, {("map", "anna/wheels")})
         self.check_quiet()
 
     def test_two_robots_have_two_maps(self):
-        transforms = []
-        rospy.Subscriber("/tf", tf2_msgs.msg.TFMessage, transforms.append)
-        maps = [self.map_of(f"/{name}/ExperienceMap/Map") for name in ("anna", "ben")]
+        transforms = self.collected("/tf", tf2_msgs.msg.TFMessage)
+        maps = [self.collected(f"/{name}/ExperienceMap/Map", TopologicalMap) for name in ("anna", "ben")]
         self.robots = [Robot("anna"), Robot("ben")]
-        self.start("two_robots.launch", first="anna", second="ben")
+        self.launch("two_robots.launch", first="anna", second="ben")
         for own in maps:
             self.check_loop(own)
         names = {(t.header.frame_id, t.child_frame_id) for m in transforms for t in m.transforms}
@@ -132,5 +114,4 @@ class Robots(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("robot_test")
     rostest.rosrun("ratslam_ros", "robot", Robots, sys.argv)

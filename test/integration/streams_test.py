@@ -324,6 +324,18 @@ class Streams(harness.NodeTest):
                                   (self.root, elsewhere.resolved_name)), node.output())
         self.assertTrue(node.said(r"nothing has come on %s/LocalView/Template" % self.root), node.output())
 
+    def test_images_that_come_in_the_other_transport_are_named_with_the_parameter_that_reads_them(self):
+        base = self.root
+        for transport, ending, other, kind in (("raw", "", "compressed", CompressedImage), ("compressed", "/compressed", "raw", Image)):
+            self.root = f"{base}/{transport}"
+            came = rospy.Publisher(f"{self.root}/camera/image{'' if ending else '/compressed'}", kind, queue_size=1)
+            node = self.start("ratslam_lv", image_transport=transport)
+            hint = f"nothing has come on {self.root}/camera/image{ending} .* published are {came.resolved_name} .*"
+            self.assertTrue(node.said(hint + f"_image_transport:={other}"), node.output())
+            # The node's own pictures are images, too, and none to suggest.
+            self.assertEqual(node.count(r"published are .*LocalView"), 0, node.output())
+            self.ends_well(node)
+
 
 if __name__ == "__main__":
     rostest.rosrun("ratslam_ros", "streams", Streams, sys.argv)
