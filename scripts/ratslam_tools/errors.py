@@ -2,11 +2,20 @@
 
 import argparse
 import math
+import os
 import sys
 
 
 class InputError(Exception):
     """Bad input: the message names the file or option, what is wrong with it and what is expected."""
+
+
+def require_folder(path: str, hint: str = "") -> None:
+    """@param hint said behind a folder that is not there. @throws InputError"""
+    if os.path.exists(path) and not os.path.isdir(path):
+        raise InputError(f"{path}: it is a file, and a folder is needed")
+    if not os.path.isdir(path):
+        raise InputError(f"{path}: no such folder{hint}")
 
 
 def run_main(main_function, argv=None) -> int:

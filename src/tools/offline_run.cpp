@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "configuration.h"
 #include "ratslam/camera/calibration_file.h"
 #include "ratslam/common/progress_bar.h"
 #include "ratslam/common/stop_signal.h"
@@ -110,7 +111,7 @@ void requireOutputsApart(const RunOptions& options) {
 
 OfflineRun::OfflineRun(const RunOptions& options)
     : options_(options),
-      parameters_(readParameters(options)),
+      parameters_(readConfiguration("ratslam_run", options.config, options.assignments)),
       params_(PipelineParams::fromMap(parameters_)),
       images_(params_.images,
               [this](ImageEvent event, const std::string& text) {

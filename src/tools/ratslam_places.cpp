@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "configuration.h"
 #include "ratslam/local_view/local_view_cells.h"
-#include "ratslam_ros/support/system_keys.h"
 #include "recordings.h"
 
 namespace {
@@ -122,12 +122,8 @@ std::optional<Options> parse(int argc, char** argv) {
 }
 
 LocalViewParams parametersOf(const Options& options) {
-  ParameterMap map;
-  if (!options.config.empty()) map = ParameterMap::fromFile(options.config);
-  for (const std::string& assignment : options.assignments) map.setFromAssignment(assignment);
-  map.rejectUnknown(systemKeys());
   LocalViewParams params;
-  map.read(params);
+  readConfiguration("ratslam_places", options.config, options.assignments).read(params);
   return params;
 }
 

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "ratslam/odometry/registry.h"
-#include "ratslam_ros/support/system_keys.h"
 
 namespace ratslam {
 namespace {
@@ -137,16 +136,6 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
                   "it must lie within [1, " + std::to_string(kMostDecodeThreads) + "]");
   }
   return options;
-}
-
-ParameterMap readParameters(const RunOptions& options) {
-  ParameterMap map;
-  std::vector<std::string> remarks;
-  if (!options.config.empty()) map = ParameterMap::fromFile(options.config, &remarks);
-  for (const std::string& remark : remarks) std::cout << "ratslam_run: " << remark << '\n';
-  for (const std::string& assignment : options.assignments) map.setFromAssignment(assignment);
-  map.rejectUnknown(systemKeys());
-  return map;
 }
 
 }  // namespace ratslam

@@ -34,7 +34,4 @@ struct RunOptions {
 /// @throws std::exception saying what is wrong
 std::optional<RunOptions> parseRunOptions(int argc, char** argv);
 
-/// The configuration file with what --set puts on top. @throws std::exception naming what is wrong
-ParameterMap readParameters(const RunOptions& options);
-
 }  // namespace ratslam

@@ -228,6 +228,14 @@ def test_a_recording_is_no_folder_for_results(program, short):
     assert set(os.listdir(short)) == before
 
 
+def test_a_missing_configuration_is_said_and_no_riddle(program, short, tmp_path):
+    for words in ([program, short, "--out", tmp_path / "out"],
+                  [os.path.join(os.path.dirname(program), "ratslam_places"), short, "--open", "--out", tmp_path / "out.csv"]):
+        refused = subprocess.run(list(map(str, words)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+        assert refused.returncode == 1 and "--config FILE is missing" in refused.stdout, refused.stdout
+        assert refused.stdout.count("\n") == 1
+
+
 def test_options_that_would_do_nothing_are_refused(program, short, tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)

@@ -134,6 +134,9 @@ def test_folders_that_are_no_run(tmp_path):
         plot_run.main([str(tmp_path)])
     with pytest.raises(InputError, match="no such folder"):
         plot_run.main([str(tmp_path / "absent")])
+    (tmp_path / "trajectory.tum").touch()
+    with pytest.raises(InputError, match="trajectory.tum: it is a file, and a folder is needed"):
+        plot_run.main([str(tmp_path / "trajectory.tum")])
 
 
 def test_report_holds_everything_and_fetches_nothing(folder, tmp_path):

@@ -7,7 +7,7 @@ from typing import List, Sequence
 import numpy as np
 
 from ratslam_tools.datasets.image_header import require_decodable
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, require_folder
 
 ENDINGS = (".png", ".jpg", ".jpeg")
 _DIGITS = re.compile(r"([0-9]+)")
@@ -34,8 +34,7 @@ def list_files(folder: str) -> List[str]:
 
 def list_images(folder: str) -> List[str]:
     """Paths of the images of a folder in natural order. @throws InputError if there are none."""
-    if not os.path.isdir(folder):
-        raise InputError(f"{folder}: no such folder")
+    require_folder(folder)
     paths = [os.path.join(folder, name) for name in list_files(folder) if name.lower().endswith(ENDINGS)]
     images = [path for path in paths if not os.path.isdir(path)]
     if not images:

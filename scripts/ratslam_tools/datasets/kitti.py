@@ -14,7 +14,7 @@ import numpy as np
 
 from ratslam_tools import text_file
 from ratslam_tools.datasets.images import list_files, list_images, times_of
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.trajectory import Trajectory, frames, geodesy, geometry, read_times, read_trajectory
 
 
@@ -112,7 +112,7 @@ def _image_folder(folder: str, camera: int) -> str:
     if not os.path.isdir(path):
         others = [number for number in range(4) if os.path.isdir(os.path.join(folder, f"image_{number}"))]
         hint = f"; image_{others[0]} is there: --camera {others[0]}" if others else ""
-        raise InputError(f"{path}: no such folder{hint}")
+        require_folder(path, hint)
     return path
 
 
@@ -244,6 +244,5 @@ def _rigid(rotation, translation) -> np.ndarray:
 
 def read_drive(folder: str, camera: int = 0) -> Drive:
     """An odometry sequence or a raw drive, whichever the folder is."""
-    if not os.path.isdir(folder):
-        raise InputError(f"{folder}: no such folder")
+    require_folder(folder)
     return read_raw(folder, camera) if is_raw(folder) else read_sequence(folder, camera)

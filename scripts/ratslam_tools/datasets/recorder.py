@@ -19,7 +19,7 @@ import numpy as np
 from ratslam_tools import text_file
 from ratslam_tools.datasets.clock import clock_set_back
 from ratslam_tools.datasets.images import ENDINGS, list_files
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.trajectory import Trajectory, geodesy, geometry
 
 FILES = {
@@ -69,8 +69,7 @@ def read(folder: str) -> Recording:
     """Reads a recording of either form. @throws InputError if the folder is none, or has no image that
     exists.
     """
-    if not os.path.isdir(folder):
-        raise InputError(f"{folder}: no such folder")
+    require_folder(folder)
     recording = Recording(folder)
     _read_images(recording)
     _read_imu(recording)

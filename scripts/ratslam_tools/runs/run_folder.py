@@ -13,7 +13,7 @@ from typing import Dict, Optional
 import numpy as np
 
 from ratslam_tools import text_file
-from ratslam_tools.errors import InputError, one_line
+from ratslam_tools.errors import InputError, one_line, require_folder
 from ratslam_tools.trajectory import Trajectory, read_trajectory
 
 EXPERIENCE_KEYS = ("id", "x", "y", "z", "yaw", "log_scale")
@@ -117,8 +117,8 @@ class Run:
 
     def __init__(self, folder: str):
         self._of_nodes = not os.path.isdir(folder) and os.path.isfile(folder + NODE_FILES["trajectory_final.tum"])
-        if not os.path.isdir(folder) and not self._of_nodes:
-            raise InputError(f"{folder}: no such folder")
+        if not self._of_nodes:
+            require_folder(folder)
         self.folder = folder
         self.name = os.path.basename(os.path.abspath(folder))
         self.final: Optional[Trajectory] = self._read("trajectory_final.tum", read_trajectory)

@@ -1,0 +1,26 @@
+#include "configuration.h"
+
+#include <iostream>
+#include <stdexcept>
+
+#include "ratslam_ros/support/system_keys.h"
+
+namespace ratslam {
+
+ParameterMap readConfiguration(const std::string& program, const std::string& file,
+                               const std::vector<std::string>& assignments) {
+  if (file.empty() && assignments.empty()) {
+    // The defaults are OpenRatSLAM's, whose template of one block knows no place.
+    throw std::invalid_argument(
+        "--config FILE is missing; the package's folder config/ holds some to begin with");
+  }
+  ParameterMap map;
+  std::vector<std::string> remarks;
+  if (!file.empty()) map = ParameterMap::fromFile(file, &remarks);
+  for (const std::string& remark : remarks) std::cout << program << ": " << remark << '\n';
+  for (const std::string& assignment : assignments) map.setFromAssignment(assignment);
+  map.rejectUnknown(systemKeys());
+  return map;
+}
+
+}  // namespace ratslam
