@@ -26,7 +26,7 @@ constexpr std::array<const char*, 3> kParts{"local_view", "pose_cells", "experie
 struct Stages {
   LocalViewCells views{viewParams()};
   PoseCellStage pose_cells{cellParams()};
-  MapStage map{ExperienceMapParams{}, false};
+  MapStage map{ExperienceMapParams{}, GeometrySource::kNone};
 
   static LocalViewParams viewParams() {
     LocalViewParams params;

@@ -33,7 +33,7 @@ double medianMs(std::vector<double> seconds) {
 LocalViewParams orientationParams() {
   LocalViewParams params;
   params.descriptor = "orientation";
-  params.recall = "belief";
+  params.recall.kind = "belief";
   params.view_template.crop_y_min = 60;
   params.view_template.crop_y_max = 300;
   params.view_template.x_size = 60;

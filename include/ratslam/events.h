@@ -69,8 +69,15 @@ struct TopologicalAction {
   }
 };
 
+/// What tells where an image was taken relative to the recalled one.
+enum class GeometrySource {
+  kNone,
+  kLikeness,  ///< only how far ahead, by the views learned around it
+  kImages     ///< image geometry as well
+};
+
 /// Where an image was taken, relative to where the matched template was learned, as image geometry measured
-/// it.
+/// it, or as the likeness of the views around it tells.
 ///
 /// A monocular camera measures heading, the direction of the offset, and its length only in comparison with
 /// another length: the way from a companion image, seen shortly before the template's, to the template's
@@ -90,6 +97,12 @@ struct RecallGeometry {
   double distance_ratio =
       -1.0;  ///< length of the offset / length of the way companion -> template, negative: unknown
   double sigma_ratio = 0.0;  ///< standard deviation of distance_ratio
+  /// How far ahead of the place of the template the robot is on the way that was driven then, by how like the view is
+  /// to those learned before and after it, in the odometry's unit [m]; 0 where they do not tell.
+  double ahead = 0.0;
+
+  /// Whether image geometry measured anything.
+  bool measured() const { return inliers > 0; }
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -106,6 +119,7 @@ struct RecallGeometry {
     fields("companion_stamp", companion_stamp);
     fields("distance_ratio", distance_ratio);
     fields("sigma_ratio", sigma_ratio);
+    fields("ahead", ahead);
   }
 };
 

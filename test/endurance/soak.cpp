@@ -175,7 +175,7 @@ int main(int argc, char** argv) {
   if (argc > 3) cells.experience_density = std::strtod(argv[3], nullptr);
   ExperienceMapParams map_params;
   PoseCellStage pose_cells(cells);
-  MapStage map(map_params, false);
+  MapStage map(map_params, GeometrySource::kNone);
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 1.0);
   std::map<std::uint64_t, std::uint32_t> view_of_place;

@@ -89,7 +89,7 @@ bool fromWire(const Bytes& bytes, Message& message) {
 void events(const Bytes& input) {
   Reader reader(input);
   PoseCellStage pose_cells{fewPoseCells()};
-  MapStage map{ExperienceMapParams{}, true};
+  MapStage map{ExperienceMapParams{}, GeometrySource::kImages};
   ratslam_ros::OdometryQuality quality;  // of the next sample
   for (int count = 0; !reader.atEnd() && count < 100; ++count) {
     const auto kind = reader.take<std::uint8_t>();

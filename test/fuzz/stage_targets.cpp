@@ -91,7 +91,7 @@ RecallGeometry geometry(Reader& reader, Clock& clock) {
   geometry.view_id = reader.take<std::uint8_t>();
   for (double* value : {&geometry.relative_rad, &geometry.direction_rad, &geometry.distance,
                         &geometry.sigma_distance, &geometry.sigma_rotation, &geometry.sigma_direction,
-                        &geometry.distance_ratio, &geometry.sigma_ratio}) {
+                        &geometry.distance_ratio, &geometry.sigma_ratio, &geometry.ahead}) {
     *value = number(reader);
   }
   geometry.inliers = reader.take<std::int8_t>();
@@ -111,7 +111,7 @@ void mapStage(const Bytes& input) {
     params.exp_height = (settings & 4U) != 0;
     params.exp_scale = (settings & 8U) != 0;
   }
-  MapStage stage(params, settings % 2 == 1);
+  MapStage stage(params, settings % 2 == 1 ? GeometrySource::kImages : GeometrySource::kNone);
   for (int steps = 0; !reader.atEnd() && steps < 60; ++steps) {
     const auto what = reader.take<std::uint8_t>();
     const auto created = static_cast<std::uint32_t>(stage.map().graph().experiences().size());

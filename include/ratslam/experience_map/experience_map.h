@@ -117,7 +117,7 @@ class ExperienceMap {
   void place(const RobotPlace& placed);
   void create(const RecallGeometry* geometry);
   /// Places the robot at the recalled experience without a change of the map.
-  void locate(const TopologicalAction& action);
+  void locate(const TopologicalAction& action, const RecallGeometry* geometry);
   void recall(const TopologicalAction& action, const RecallGeometry* geometry);
   Link measuredLink(std::uint32_t to, double relative_rad) const;
   MapPose framePose(std::uint32_t frame) const;

@@ -96,7 +96,8 @@ class LocalViewCells {
   /// What `vt_recall: belief` believes; nothing under `nearest`.
   const PlaceBelief& belief() const { return belief_; }
 
-  /// What the verifier measured for the present event; none where it was not asked or did not confirm.
+  /// What the verifier measured for the present event, and how far ahead of its place the belief has the robot; none where
+  /// neither says anything.
   const std::optional<RecallGeometry>& recallGeometry() const { return geometry_; }
 
   void save(State& state) const;
@@ -110,6 +111,7 @@ class LocalViewCells {
     double relative_rad = 0.0;
     double error = -1.0;
     bool recalled = false;
+    double ahead = 0.0;
   };
 
   bool isOldView(std::uint32_t id) const;

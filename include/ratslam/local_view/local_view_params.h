@@ -39,6 +39,22 @@ struct TemplateParams {
   void validate() const;
 };
 
+/// What recalls a view.
+struct ViewRecallParams {
+  std::string kind = "nearest";
+
+  template <class Visitor>
+  void visitFields(Visitor&& visit) {
+    visit("vt_recall", kind, Bounds{},
+          "nearest: the view most like this one; belief: the place that odometry and the views before make "
+          "likely");
+  }
+  bool believes() const { return kind == "belief"; }
+
+  /// @throws std::invalid_argument naming key, value and requirement.
+  void validate() const;
+};
+
 /// How templates are compared, recalled and learned (docs/model.md section 1, steps 5-6).
 struct LocalViewParams {
   TemplateParams view_template;
@@ -47,7 +63,7 @@ struct LocalViewParams {
   int step_match = 5;
   bool panoramic = false;
   std::string descriptor = "blocks";
-  std::string recall = "nearest";
+  ViewRecallParams recall;
   double orientation_threshold = 0.15;
   double view_angle_deg = 0.0;
 
@@ -61,9 +77,7 @@ struct LocalViewParams {
     visit("vt_step_match", step_match, Bounds{1, 1024}, "step between compared shifts [template columns]");
     visit("vt_panoramic", panoramic, Bounds{0, 1}, "the columns of the image close into a circle");
     visit("vt_descriptor", descriptor, Bounds{}, "what is compared: blocks (grey), orientation (of edges)");
-    visit("vt_recall", recall, Bounds{},
-          "nearest: the view most like this one; belief: the place that odometry and the views before make "
-          "likely");
+    recall.visitFields(visit);
     visit("vt_orientation_threshold", orientation_threshold, Bounds{0, 2},
           "orientation: largest error (1 - cosine) of two views of one place");
     visit("vt_view_angle_deg", view_angle_deg, Bounds{0, 175},
@@ -72,7 +86,7 @@ struct LocalViewParams {
           "0: not known, recalls have the heading of then [deg]");
   }
 
-  bool believes() const { return recall == "belief"; }
+  bool believes() const { return recall.believes(); }
 
   /// Columns of the view that are compared at every shift.
   int comparedColumns() const {

@@ -28,9 +28,12 @@ class State;
 /// What a frame gave.
 struct ViewObservation {
   ViewEvent view;
-  /// Where recalls are verified, one for each frame; inliers 0 where nothing was measured.
+  /// Where recalls are verified or belief recalls, one for each frame; inliers 0 where nothing was measured.
   std::optional<RecallGeometry> geometry;
 };
+
+/// Whether each view comes with a RecallGeometry, and what measured it.
+GeometrySource geometrySource(const ViewRecallParams& recall, const RecallGeometryParams& geometry);
 
 class LocalViewStage {
  public:
@@ -44,6 +47,9 @@ class LocalViewStage {
   /// @throws std::invalid_argument for a bad camera
   void setCamera(const CameraModel& camera);
 
+  GeometrySource geometrySource() const {
+    return ratslam::geometrySource(cells_.params().recall, recall_params_);
+  }
   bool needsOdometry() const { return cells_.params().believes(); }
 
   /// kTimeWentBack has already reset the stream; the sample that told so sets the clock anew.

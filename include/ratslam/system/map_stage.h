@@ -1,5 +1,5 @@
 /// The experience map fed by its stamped streams: odometry, decisions of the pose cells, and, where recalls
-/// are verified by image geometry, what that geometry measured.
+/// are verified by image geometry or belief recalls, what that says of where the robot is.
 ///
 /// A decision is processed once every stream has reached its stamp: motion up to it first, then the action.
 /// The result depends on stamps and values alone.
@@ -19,9 +19,8 @@ namespace ratslam {
 
 class MapStage {
  public:
-  /// @param wait_for_geometry  every decision is accompanied by a RecallGeometry (inliers 0: none was
-  /// measured)
-  MapStage(const ExperienceMapParams& params, bool wait_for_geometry,
+  /// @param geometry  what is measured of recalls: unless nothing is, a RecallGeometry accompanies every decision
+  MapStage(const ExperienceMapParams& params, GeometrySource geometry,
            const OdometryStreamParams& stream = {});
 
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
@@ -94,12 +93,12 @@ class MapStage {
   NumberSession session_;
   std::vector<std::uint32_t> experience_of_;  ///< number in the map of each number in the pose cells
   std::uint64_t recreated_ = 0;
-  bool wait_for_geometry_;
+  GeometrySource geometry_source_;
   bool use_height_;
   OdometryStreamParams stream_;
   EventGate<TopologicalAction> gate_;
   std::map<Stamp, RecallGeometry> geometry_;
-  std::optional<Stamp> forgotten_until_;  ///< geometry up to here will never come
+  std::optional<Stamp> newest_geometry_;  ///< that has come: none up to here will
   std::size_t forgotten_ = 0;
   bool started_ = false;
   std::optional<Stamp> last_processed_;

@@ -12,10 +12,10 @@ class RecallCheck : public RecallVerifier {
   /// @throws std::invalid_argument for bad parameters or a bad camera
   RecallCheck(const RecallGeometryParams& params, const CameraModel& camera);
 
-  /// The view event of an image and what geometry says of it; inliers 0 where it says nothing.
+  /// The view event of an image; what geometry says of it is kept with the cells.
   /// @throws std::invalid_argument as LocalViewCells::observe does
   ViewEvent observe(LocalViewCells& cells, Stamp stamp, const View& view, const cv::Mat& image,
-                    const ViewMotion& motion, RecallGeometry& geometry);
+                    const ViewMotion& motion);
 
   /// @throws std::invalid_argument for an image whose size is not the camera's
   void requireSize(const cv::Mat& image) const { estimator_.requireSize(image); }

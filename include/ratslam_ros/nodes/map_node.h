@@ -6,7 +6,6 @@
 
 #include <optional>
 
-#include "ratslam/local_view/recall/recall_geometry_params.h"
 #include "ratslam/system/map_stage.h"
 #include "ratslam_ros/RecallGeometry.h"
 #include "ratslam_ros/support/change_log.h"
@@ -48,7 +47,7 @@ class MapNode {
 
   ros::NodeHandle handle_;
   NodeParams params_;
-  bool verifies_;  ///< decisions come with a RecallGeometry
+  GeometrySource geometry_;  ///< of the RecallGeometry that decisions come with
   MapStage stage_;
   NodeCheckpoints checkpoints_;
   PartCommands commands_;

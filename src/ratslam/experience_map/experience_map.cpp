@@ -27,7 +27,7 @@ const ExperienceMapParams& validated(const ExperienceMapParams& params) {
 bool finite(const RecallGeometry& g) {
   return std::isfinite(g.relative_rad) && std::isfinite(g.direction_rad) && std::isfinite(g.distance) &&
          std::isfinite(g.sigma_rotation) && g.sigma_rotation > 0.0 && std::isfinite(g.sigma_direction) &&
-         g.sigma_direction > 0.0;
+         g.sigma_direction > 0.0 && std::isfinite(g.ahead);
 }
 
 /// A step in the unit of the robot's frame, from which that of the odometry now may differ.
@@ -202,7 +202,7 @@ void ExperienceMap::correct(const OdometryCorrection& correction) {
 
 void ExperienceMap::apply(const TopologicalAction& action, const RecallGeometry* geometry) {
   checkAction(action, geometry);
-  if (!learning_) return locate(action);
+  if (!learning_) return locate(action, geometry);
   switch (action.kind) {
     case ActionKind::kNone:
       return;
@@ -323,11 +323,12 @@ bool ExperienceMap::tellsPlace(const TopologicalAction& action) const {
   return action.kind != ActionKind::kSetNode || !solver_->corrects() || robot_.lost;
 }
 
-void ExperienceMap::locate(const TopologicalAction& action) {
+void ExperienceMap::locate(const TopologicalAction& action, const RecallGeometry* geometry) {
   if (action.kind != ActionKind::kCreateEdge && action.kind != ActionKind::kSetNode) return;
   if (tellsPlace(action)) {
     RobotPlace found{solver_->frameOf(action.dest_id), Motion{}, false};
     found.motion.pose.yaw = wrapAngle(action.relative_rad);
+    if (geometry != nullptr) found.motion.pose.x = geometry->ahead;
     place(found);
   }
   current_ = action.dest_id;

@@ -76,7 +76,7 @@ LocalViewCells::Candidate LocalViewCells::mostBelieved(const View& view) {
   const std::optional<PlaceClaim> claim = belief_.weigh(likeness_, belief_.leftBehind(likeness_));
   if (claim && claim->confidence > PlaceBelief::kClaim) {
     const ViewMatch match = pair_.matcher->compareWith(view, claim->place);
-    return {claim->place, turnOf(view, *claim, match), match.error, true};
+    return {claim->place, turnOf(view, *claim, match), match.error, true, claim->ahead};
   }
   if (!active_) return {};
   const ViewMatch still = pair_.matcher->compareWith(view, *active_);
@@ -107,6 +107,10 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& 
       if (recalled && geometry->inliers > 0) event.relative_rad = geometry->relative_rad;
       if (recalled && geometry->inliers == 0) geometry.reset();
     }
+  }
+  if (recalled && candidate.ahead != 0.0) {
+    if (!geometry) geometry.emplace();
+    geometry->ahead = candidate.ahead;
   }
   if (!recalled && !learning_) {
     event.id = kNoView;

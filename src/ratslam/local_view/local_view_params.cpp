@@ -18,12 +18,14 @@ void TemplateParams::validate() const {
   checkCropRange("image_crop_y_max", crop_y_max, "image_crop_y_min", crop_y_min);
 }
 
+void ViewRecallParams::validate() const {
+  if (kind != "nearest" && kind != "belief") throwBadValue("vt_recall", kind, "it must be nearest or belief");
+}
+
 void LocalViewParams::validate() const {
   checkBounds(*this);
   view_template.validate();
-  if (recall != "nearest" && recall != "belief") {
-    throwBadValue("vt_recall", recall, "it must be nearest or belief");
-  }
+  recall.validate();
   if (descriptor == "blocks" && comparedColumns() < 1) {
     std::ostringstream requirement;
     requirement << "twice the shift must be less than template_x_size (" << view_template.x_size

@@ -14,6 +14,11 @@ constexpr std::size_t kMostCertainties = 20000;
 
 }  // namespace
 
+GeometrySource geometrySource(const ViewRecallParams& recall, const RecallGeometryParams& geometry) {
+  if (geometry.verifies()) return GeometrySource::kImages;
+  return recall.believes() ? GeometrySource::kLikeness : GeometrySource::kNone;
+}
+
 template <class Fields>
 void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
   std::vector<double> values;
@@ -146,17 +151,15 @@ ViewObservation LocalViewStage::process(const WaitingView& waiting) {
   changes_.applyBefore(waiting.stamp, cells_);
   const ViewMotion motion = needsOdometry() ? motionUntil(waiting.stamp) : ViewMotion{};
   ViewObservation observation;
-  if (recall_check_) {
-    observation.geometry.emplace();
-    observation.geometry->stamp = waiting.stamp;
-  }
-  if (recall_check_ && waiting.view.textured) {
-    observation.view = recall_check_->observe(cells_, waiting.stamp, waiting.view, waiting.image, motion,
-                                              *observation.geometry);
-  } else {
-    observation.view = cells_.observe(waiting.stamp, waiting.view, waiting.image, motion);
-  }
-  if (observation.geometry) observation.geometry->view_id = observation.view.id;
+  const bool checked = recall_check_ && waiting.view.textured;
+  observation.view = checked
+                         ? recall_check_->observe(cells_, waiting.stamp, waiting.view, waiting.image, motion)
+                         : cells_.observe(waiting.stamp, waiting.view, waiting.image, motion);
+  if (geometrySource() == GeometrySource::kNone) return observation;
+  observation.geometry.emplace();
+  if (waiting.view.textured) observation.geometry = cells_.recallGeometry().value_or(RecallGeometry{});
+  observation.geometry->stamp = waiting.stamp;
+  observation.geometry->view_id = observation.view.id;
   return observation;
 }
 

@@ -11,7 +11,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 4;
+constexpr std::uint32_t kStateVersion = 5;
 constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
 
 constexpr std::uint32_t kMostExperiences = 10'000'000;
@@ -20,10 +20,10 @@ constexpr std::size_t kMostWaypoints = 100'000;
 
 }  // namespace
 
-MapStage::MapStage(const ExperienceMapParams& params, bool wait_for_geometry,
+MapStage::MapStage(const ExperienceMapParams& params, GeometrySource geometry,
                    const OdometryStreamParams& stream)
     : map_(params),
-      wait_for_geometry_(wait_for_geometry),
+      geometry_source_(geometry),
       use_height_(params.exp_height),
       stream_(stream),
       gate_(params.exp_height, stream) {}
@@ -40,8 +40,8 @@ bool MapStage::addDecision(const TopologicalAction& action) {
 
 void MapStage::addGeometry(const RecallGeometry& geometry) {
   geometry_[geometry.stamp] = geometry;
+  newest_geometry_ = geometry.stamp;
   if (geometry_.size() <= kMostGeometry) return;
-  forgotten_until_ = geometry_.begin()->first;
   geometry_.erase(geometry_.begin());
   ++forgotten_;
 }
@@ -51,7 +51,7 @@ std::vector<Stamp> MapStage::drain(Passing which) {
   gate_.pass(which, [&](const TopologicalAction& action) {
     if (last_processed_ && action.stamp < *last_processed_) {
       started_ = false;  // the map's clock is set anew: no motion, no time across the jump
-      forgotten_until_.reset();
+      newest_geometry_.reset();
       last_processed_.reset();
     }
     if (which == Passing::kReached && geometryIsMissing(action.stamp)) return false;
@@ -63,7 +63,9 @@ std::vector<Stamp> MapStage::drain(Passing which) {
 }
 
 bool MapStage::geometryIsMissing(Stamp stamp) const {
-  const bool will_come = wait_for_geometry_ && (!forgotten_until_ || stamp > *forgotten_until_);
+  // They come in the order of the images: what a later one has overtaken was told while this map was not there.
+  const bool will_come =
+      geometry_source_ != GeometrySource::kNone && (!newest_geometry_ || stamp > *newest_geometry_);
   return will_come && geometry_.count(stamp) == 0;
 }
 
@@ -87,7 +89,7 @@ void MapStage::interrupt() {
   gate_ = EventGate<TopologicalAction>(use_height_, stream_);
   beginnings_ = 0;
   geometry_.clear();
-  forgotten_until_.reset();
+  newest_geometry_.reset();
   started_ = false;
   last_processed_.reset();
 }
@@ -144,7 +146,7 @@ void MapStage::process(const TopologicalAction& action) {
     const Eigen::Vector3d moved(timed.step.forward, timed.step.left, timed.step.up);
     here = {timed.end, here.place + Eigen::AngleAxisd(way_yaw_, Eigen::Vector3d::UnitZ()) * moved};
   }
-  if (wait_for_geometry_ && here.stamp > way_.back().stamp) {
+  if (geometry_source_ == GeometrySource::kImages && here.stamp > way_.back().stamp) {
     way_.push_back(here);
     thinOutWay();
   }
@@ -208,7 +210,7 @@ std::optional<RecallGeometry> MapStage::takeGeometry(Stamp stamp) {
   if (found == geometry_.end()) return std::nullopt;
   RecallGeometry geometry = found->second;
   geometry_.erase(geometry_.begin(), std::next(found));
-  if (geometry.inliers <= 0) return std::nullopt;
+  if (!geometry.measured()) return geometry.ahead != 0.0 ? std::make_optional(geometry) : std::nullopt;
   const auto from = odometryAt(geometry.companion_stamp);
   const auto to = odometryAt(geometry.template_stamp);
   if (geometry.distance_ratio >= 0.0 && from && to) {

@@ -51,7 +51,8 @@ Pipeline::Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource>
     : odometry_(std::move(odometry)),
       local_view_(params.local_view, params.recall_geometry, params.odometry_stream),
       pose_cells_(params.pose_cells, params.odometry_stream),
-      map_(params.experience_map, params.recall_geometry.verifies(), params.odometry_stream) {
+      map_(params.experience_map, geometrySource(params.local_view.recall, params.recall_geometry),
+           params.odometry_stream) {
   if (!local_view_.needsCamera()) return;
   if (!camera) throwBadValue("vt_verify", params.recall_geometry.verify, "it needs the camera's calibration");
   local_view_.setCamera(*camera);

@@ -6,12 +6,9 @@ RecallCheck::RecallCheck(const RecallGeometryParams& params, const CameraModel& 
     : estimator_(params, camera) {}
 
 ViewEvent RecallCheck::observe(LocalViewCells& cells, Stamp stamp, const View& seen, const cv::Mat& image,
-                               const ViewMotion& motion, RecallGeometry& geometry) {
+                               const ViewMotion& motion) {
   const ViewEvent view = cells.observe(stamp, seen, image, motion, this);
   estimator_.frame(stamp, image);
-  geometry = cells.recallGeometry().value_or(RecallGeometry{});
-  geometry.stamp = stamp;
-  geometry.view_id = view.id;
   return view;
 }
 

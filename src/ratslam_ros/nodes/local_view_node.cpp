@@ -34,7 +34,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
   if (!stage_.needsCamera()) resume();
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
   outputs_.push_back(handle.advertise<ratslam_ros::ViewTemplate>(topic("LocalView/Template"), kSendQueue));
-  if (stage_.needsCamera()) {
+  if (stage_.geometrySource() != GeometrySource::kNone) {
     outputs_.push_back(
         handle.advertise<ratslam_ros::RecallGeometry>(topic("LocalView/RecallGeometry"), kSendQueue));
   }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "ratslam/system/local_view_stage.h"
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/trajectory_files.h"
 
@@ -10,8 +11,9 @@ namespace ratslam {
 MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, const ros::NodeHandle& own)
     : handle_(handle),
       params_(readParams<NodeParams>(parameters)),
-      verifies_(readParams<RecallGeometryParams>(parameters).verifies()),
-      stage_(readParams<ExperienceMapParams>(parameters), verifies_,
+      geometry_(geometrySource(readParams<ViewRecallParams>(parameters),
+                               readParams<RecallGeometryParams>(parameters))),
+      stage_(readParams<ExperienceMapParams>(parameters), geometry_,
              readParams<OdometryStreamParams>(parameters)),
       checkpoints_(params_, "experience_map", partParameters<ExperienceMapParams>(parameters)),
       commands_(checkpoints_, actions()),
@@ -71,7 +73,7 @@ void MapNode::subscribe() {
       handle_, decisions_watch_.topic(), 0, [this](const ratslam_ros::TopologicalAction& message) {
         if (source_.takesAction()) onDecision(message);
       }));
-  if (verifies_) {
+  if (geometry_ != GeometrySource::kNone) {
     subscribers_.push_back(guard_.subscribe<ratslam_ros::RecallGeometry>(
         handle_, topic("LocalView/RecallGeometry"), 0, [this](const ratslam_ros::RecallGeometry& message) {
           stage_.addGeometry(geometryFromMessage(message));
@@ -110,7 +112,8 @@ void MapNode::watch() {
   decisions_watch_.warnIfItNeverCame();
   publisher_.publishMapIfDue(stage_.map());
   if (!silence_.expired(stage_.waitingDecisions() > 0)) return;
-  went_on_without_.report(odometry_.topic() + (verifies_ ? " or LocalView/RecallGeometry" : "") +
+  went_on_without_.report(odometry_.topic() +
+                          (geometry_ != GeometrySource::kNone ? " or LocalView/RecallGeometry" : "") +
                           " is silent: decisions are processed without it");
   drain(Passing::kAll);
 }

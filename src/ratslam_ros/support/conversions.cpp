@@ -215,6 +215,8 @@ RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message) {
   geometry.companion_stamp = stampFromRos(message.companion_stamp);
   geometry.distance_ratio = message.distance_ratio;
   geometry.sigma_ratio = message.sigma_ratio;
+  geometry.ahead = message.ahead;
+  requireFinite("ahead of a recall's geometry", geometry.ahead);
   if (geometry.inliers > 0) {
     for (const double value :
          {geometry.relative_rad, geometry.direction_rad, geometry.distance, geometry.sigma_distance,
@@ -240,6 +242,7 @@ ratslam_ros::RecallGeometry geometryToMessage(const RecallGeometry& geometry) {
   message.companion_stamp = stampToRos(geometry.companion_stamp);
   message.distance_ratio = geometry.distance_ratio;
   message.sigma_ratio = geometry.sigma_ratio;
+  message.ahead = geometry.ahead;
   return message;
 }
 

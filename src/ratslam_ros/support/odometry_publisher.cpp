@@ -19,7 +19,7 @@ std::uint32_t epochFrom(Stamp first) {
 
 NodeParams odometryNodeParams(const ParameterMap& parameters) {
   NodeParams params = readParams<NodeParams>(parameters);
-  if (params.wait_for_subscribers > 0 && readParams<LocalViewParams>(parameters).believes()) {
+  if (params.wait_for_subscribers > 0 && readParams<ViewRecallParams>(parameters).believes()) {
     ++params.wait_for_subscribers;
   }
   return params;

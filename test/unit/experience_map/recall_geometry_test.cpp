@@ -45,6 +45,7 @@ RecallGeometry geometryTo(double direction, double relative, double distance = -
   geometry.distance = distance;
   geometry.sigma_rotation = 0.01;
   geometry.sigma_direction = 0.05;
+  geometry.inliers = 50;
   return geometry;
 }
 
@@ -94,6 +95,25 @@ TEST(RecallGeometry, GivesOnlyTheHeadingWhereTheOffsetIsUnknown) {
   EXPECT_NEAR(with.yaw, 0.1 - 0.4, 0.01);
   EXPECT_NEAR(with.x, without.x, 0.02);
   EXPECT_NEAR(with.y, without.y, 0.02);
+}
+
+RecallGeometry aheadBy(double ahead) {
+  RecallGeometry geometry;
+  geometry.ahead = ahead;
+  return geometry;
+}
+
+TEST(RecallGeometry, TakesWhatTheViewsAroundSayOfTheWayWhereImagesMeasuredNothing) {
+  const RecallGeometry behind = aheadBy(-0.4);
+  const MapPose pose = Recall(nullptr).recall({3.0, 3.0, 0.0, 0.5}, &behind);
+  EXPECT_NEAR(pose.x, -0.4, 0.1);
+  EXPECT_NEAR(pose.y, 0.0, 0.1);
+}
+
+TEST(RecallGeometry, CountsFromWhereTheExperienceWasMade) {
+  const RecallGeometry then = aheadBy(0.3);
+  const RecallGeometry now = aheadBy(-0.2);
+  EXPECT_NEAR(Recall(&then).recall({3.0, 3.0, 0.0, 0.5}, &now).x, -0.5, 0.1);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ cv::Mat scene(unsigned seed) {
 LocalViewParams params(const char* recall) {
   LocalViewParams chosen;
   chosen.descriptor = "orientation";
-  chosen.recall = recall;
+  chosen.recall.kind = recall;
   return chosen;
 }
 

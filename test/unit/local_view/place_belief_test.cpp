@@ -140,8 +140,9 @@ TEST(PlaceBelief, PlacesThatWereLeftALapAgoMayBeWhereTheRobotIs) {
   EXPECT_EQ(belief.leftBehind(alikeAround(kPlaces - 20, 1)), kPlaces);
 }
 
-/// Confidence at the twelfth of twenty places of a loop that were learned twice, on ways that part before them.
-double confidenceAmongTwins(bool said) {
+/// The claim at the twelfth of twenty places of a loop that were learned twice, on ways that part before them.
+/// @param last  how like the last view is to the later one of two twins; all others are as like as can be
+PlaceClaim claimAmongTwins(bool said, float last = 1.0F) {
   constexpr std::uint32_t kTwins = 20;
   PlaceBelief belief;
   ViewMotion step;
@@ -156,9 +157,9 @@ double confidenceAmongTwins(bool said) {
   };
   drive(0, kPlaces - kTwins);
   drive(0, kPlaces);  // the last ones new, where the first ones lie
-  const auto view = [](std::size_t place) {
+  const auto view = [last](std::size_t place) {
     ViewLikeness likeness = alikeAround(place, 0);
-    if (place < kTwins) likeness.values[kPlaces - kTwins + place] = 1.0F;
+    if (place < kTwins) likeness.values[kPlaces - kTwins + place] = place == 11 ? last : 1.0F;
     return likeness;
   };
   std::optional<PlaceClaim> claim;
@@ -167,12 +168,22 @@ double confidenceAmongTwins(bool said) {
     claim = belief.weigh(view(place % (kPlaces - kTwins)), kPlaces);
     belief.arrive(claim && place > kPlaces - kTwins ? claim->place : place);
   }
-  return claim ? claim->confidence : 0.0;
+  return claim.value_or(PlaceClaim{});
 }
 
 TEST(PlaceBelief, TwinsOfOneStretchOfRoadAreOnePlaceForWhoKnowsItsWay) {
-  EXPECT_GT(confidenceAmongTwins(true), PlaceBelief::kClaim);
-  EXPECT_LT(confidenceAmongTwins(false), PlaceBelief::kClaim);
+  EXPECT_GT(claimAmongTwins(true).confidence, PlaceBelief::kClaim);
+  EXPECT_LT(claimAmongTwins(false).confidence, PlaceBelief::kClaim);
+}
+
+/// Else the place would be learned anew, and again whenever the robot comes by.
+TEST(PlaceBelief, WhoKnowsItsWayStaysOnItThoughATwinIsLikerNow) {
+  const std::uint32_t on_the_way = claimAmongTwins(true).place;
+  for (const float last : {1.0F, 0.9F}) {
+    const PlaceClaim claim = claimAmongTwins(true, last);
+    EXPECT_GT(claim.confidence, PlaceBelief::kClaim) << last;
+    EXPECT_EQ(claim.place, on_the_way) << last;
+  }
 }
 
 }  // namespace

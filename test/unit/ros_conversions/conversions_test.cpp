@@ -149,7 +149,8 @@ TEST(Events, UnknownActionIsNamed) {
 }
 
 TEST(Events, GeometrySurvivesTheWire) {
-  const RecallGeometry geometry{7, 21, 0.1, -2.0, 3.0, 0.4, 0.01, 0.2, 85, 5000000003, 4000000002, 1.5, 0.25};
+  const RecallGeometry geometry{7,   21, 0.1,        -2.0,       3.0, 0.4,  0.01,
+                                0.2, 85, 5000000003, 4000000002, 1.5, 0.25, -0.4};
   const RecallGeometry back = geometryFromMessage(geometryToMessage(geometry));
   EXPECT_EQ(back.stamp, geometry.stamp);
   EXPECT_EQ(back.view_id, geometry.view_id);
@@ -164,6 +165,7 @@ TEST(Events, GeometrySurvivesTheWire) {
   EXPECT_EQ(back.companion_stamp, geometry.companion_stamp);
   EXPECT_EQ(back.distance_ratio, geometry.distance_ratio);
   EXPECT_EQ(back.sigma_ratio, geometry.sigma_ratio);
+  EXPECT_EQ(back.ahead, geometry.ahead);
 }
 
 TEST(Poses, YawAndTransformAgree) {

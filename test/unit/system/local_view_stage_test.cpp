@@ -11,7 +11,7 @@ constexpr Stamp kSecond = 1'000'000'000;
 
 TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
   LocalViewParams params;
-  params.recall = "belief";
+  params.recall.kind = "belief";
   params.view_template.x_size = 60;
   params.view_template.y_size = 10;
   LocalViewStage stage(params, RecallGeometryParams{});
@@ -43,7 +43,7 @@ TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
 /// Who has slept knows no longer where the places are: it must not exclude those where the robot is now.
 TEST(LocalViewStage, ASilenceOfTheOdometryBreaksDeadReckoning) {
   LocalViewParams params;
-  params.recall = "belief";
+  params.recall.kind = "belief";
   params.view_template.x_size = 60;
   params.view_template.y_size = 10;
   for (const auto& [silence, breaks] : {std::pair{1.0, 0U}, std::pair{4.0, 1U}}) {

@@ -21,7 +21,7 @@ TopologicalAction action(Stamp stamp, ActionKind kind, std::uint32_t src, std::u
 }
 
 TEST(MapStage, ADecisionThatIsRefusedTakesNoneOfTheOthersAlong) {
-  MapStage stage(ExperienceMapParams{}, false);
+  MapStage stage(ExperienceMapParams{}, GeometrySource::kNone);
   stage.addDecision(action(1 * kSecond, ActionKind::kCreateNode, 0, 0));
   stage.addDecision(action(2 * kSecond, ActionKind::kCreateNode, 0, 1));
   stage.addDecision(action(3 * kSecond, ActionKind::kCreateNode, 1, 77));
@@ -60,7 +60,7 @@ std::size_t bytesOf(const MapStage& stage) {
 }
 
 TEST(MapStage, ANumberBeyondAllSensePutsNoMemoryAside) {
-  MapStage stage(ExperienceMapParams{}, false);
+  MapStage stage(ExperienceMapParams{}, GeometrySource::kNone);
   stage.addOdometry(sampleAt(0, 1.0));
   TopologicalAction absurd = action(kSecond, ActionKind::kCreateNode, 0, 99'999'999);
   absurd.session = {1, 0};
@@ -73,7 +73,7 @@ TEST(MapStage, ANumberBeyondAllSensePutsNoMemoryAside) {
 
 TEST(MapStage, GeometryThatNoDecisionAsksForIsBoundedAndTheMapGoesOn) {
   constexpr int kSilent = 50'000;  // images while the pose cells are dead
-  MapStage stage(ExperienceMapParams{}, true);
+  MapStage stage(ExperienceMapParams{}, GeometrySource::kImages);
   stage.addOdometry(sampleAt(0, 1.0));
   for (int second = 1; second <= kSilent; ++second) {
     stage.addOdometry(sampleAt(second * kSecond, 1.0));
@@ -93,9 +93,22 @@ TEST(MapStage, GeometryThatNoDecisionAsksForIsBoundedAndTheMapGoesOn) {
   EXPECT_EQ(stage.waitingGeometry(), 0U);
 }
 
+/// The map was not there when the geometry of the first image was told.
+TEST(MapStage, GeometryThatALaterOneHasOvertakenIsNotWaitedFor) {
+  for (const GeometrySource source : {GeometrySource::kLikeness, GeometrySource::kImages}) {
+    MapStage stage(ExperienceMapParams{}, source);
+    for (int second = 0; second <= 3; ++second) stage.addOdometry(sampleAt(second * kSecond, 1.0));
+    stage.addDecision(action(1 * kSecond, ActionKind::kCreateNode, 0, 0));
+    stage.addDecision(action(2 * kSecond, ActionKind::kCreateNode, 0, 1));
+    EXPECT_TRUE(stage.drain().empty());
+    stage.addGeometry(geometryAt(2 * kSecond));
+    EXPECT_EQ(stage.drain(), (std::vector<Stamp>{1 * kSecond, 2 * kSecond}));
+  }
+}
+
 /// A looped bag whose decisions of the first lap wait for the geometry of their recalls when the second begins.
 TEST(MapStage, DecisionsThatWaitWhenTimeGoesBackGetTheirOwnMotion) {
-  MapStage stage(ExperienceMapParams{}, true);
+  MapStage stage(ExperienceMapParams{}, GeometrySource::kImages);
   const auto addSamples = [&] {
     for (int second = 0; second <= 3; ++second) stage.addOdometry(sampleAt(second * kSecond, 1.0));
   };
@@ -123,7 +136,7 @@ TEST(MapStage, AFastOdometryDoesNotMakeItLarger) {
   const auto bytesAfterTenMinutes = [](int samples_a_second) {
     ExperienceMapParams params;
     params.exp_trajectory_poses = 1000;
-    MapStage stage(params, true);
+    MapStage stage(params, GeometrySource::kImages);
     for (int k = 0; k <= 600 * samples_a_second; ++k) {
       const Stamp stamp = k * kSecond / samples_a_second;
       stage.addOdometry(sampleAt(stamp, 0.0));

@@ -85,7 +85,7 @@ std::string runPipeline(double odometry_period) {
 std::string runStages(double odometry_period, int burst) {
   LocalViewCells local_view(params().local_view);
   PoseCellStage pose_cells(params().pose_cells);
-  MapStage map(params().experience_map, false);
+  MapStage map(params().experience_map, GeometrySource::kNone);
   int frame = 0;
   int sample = 0;
   const Stamp end = motion(0, odometry_period).stamp + kFrames * kTenth;

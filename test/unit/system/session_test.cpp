@@ -79,7 +79,7 @@ class ExperienceNumbers : public testing::Test {
   }
   std::size_t experiences() const { return stage_.map().graph().experiences().size(); }
 
-  MapStage stage_{ExperienceMapParams{}, false};
+  MapStage stage_{ExperienceMapParams{}, GeometrySource::kNone};
   int tick_ = 0;
 };
 
@@ -120,7 +120,7 @@ TEST_F(ExperienceNumbers, AreSavedWithTheMap) {
   feed(ActionKind::kCreateEdge, 70, 41, session);
   State state;
   stage_.save(state);
-  MapStage loaded{ExperienceMapParams{}, false};
+  MapStage loaded{ExperienceMapParams{}, GeometrySource::kNone};
   loaded.load(state);
   State again;
   loaded.save(again);

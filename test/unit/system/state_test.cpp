@@ -57,7 +57,9 @@ std::vector<Tick> drive(std::size_t ticks) {
 class Chain {
  public:
   Chain(const PoseCellParams& pose_cells, const ExperienceMapParams& map, bool geometry)
-      : cells_(pose_cells), map_(map, geometry), geometry_(geometry) {}
+      : cells_(pose_cells),
+        map_(map, geometry ? GeometrySource::kImages : GeometrySource::kNone),
+        geometry_(geometry) {}
 
   void feed(const Tick& tick) {
     cells_.addOdometry(tick.odometry);
@@ -70,6 +72,7 @@ class Chain {
         measured.view_id = tick.view->id;
         measured.inliers = tick.view->id % 3 == 0 && !tick.view->learned ? 50 : 0;
         measured.distance = 0.3;
+        if (measured.inliers == 0) measured.ahead = -0.2;
         map_.addGeometry(measured);
       }
     }

@@ -24,12 +24,14 @@
 ///      changes slowly; the lane of then is the likeliest at first.
 ///
 /// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief. Who was at a known
-/// place and goes on from it to the next is where the belief is largest as soon as all known places together hold as much,
-/// if the odometry says how well it knows its way.
+/// place and goes on from it to the next is there as soon as all known places together hold as much, if the odometry says
+/// how well it knows its way; though another may be believed in up to twenty times as much, which has been learned where
+/// this one lies, on another way.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "ratslam/local_view/matcher.h"
@@ -63,6 +65,9 @@ struct ViewMotion {
 struct PlaceClaim {
   std::uint32_t place = 0;
   double confidence = 0.0;  ///< belief at it, within 2 links of it, and at what is hardly told apart from it
+  /// How far ahead of the place, on the way that was driven then, by the views learned before and after it [m]; 0 where
+  /// they do not tell, or the motion is not measured.
+  double ahead = 0.0;
   /// Of each variant of the view, how like the place it looks against the others; they sum to 1.
   std::vector<double> variant_weights;
 };
@@ -77,6 +82,8 @@ struct PlaceMass {
     fields("mass", mass);
   }
 };
+
+inline bool byPlace(const PlaceMass& a, const PlaceMass& b) { return a.place < b.place; }
 
 class PlaceBelief {
  public:
@@ -137,7 +144,10 @@ class PlaceBelief {
   static Spread spreadOf(const ViewLikeness& likeness);
   bool excluded(std::uint32_t place) const;
   bool deadReckoningKnows(std::uint32_t place) const;
-  bool goesOnTo(std::uint32_t place) const;
+  std::optional<PlaceMass> onTheWay() const;
+  double massOf(std::uint32_t place) const;
+  double aheadOf(std::uint32_t place, const ViewLikeness& likeness) const;
+  std::pair<std::optional<PlaceAhead>, std::optional<PlaceAhead>> neighbours(std::uint32_t place) const;
   bool facesElsewhere(const PlaceVisit& then) const;
   void handOn(const PlaceMass& from, double driven, double sigma);
   void seed(const ViewLikeness& likeness, std::size_t candidates);

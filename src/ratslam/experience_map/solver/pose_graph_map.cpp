@@ -30,10 +30,6 @@ constexpr double kSmallestPlace = 0.1;
 /// A stretch as short as this share of exp_recall_sigma is as uncertain as one of this length.
 constexpr double kShortestStretch = 0.01;
 
-/// Share of exp_recall_sigma by which a measured direction leaves the place open across it, beside its own
-/// error.
-constexpr double kLateralShare = 0.1;
-
 /// Odometry is never believed to be better than this: place [exp_recall_sigma], facing [rad], log-scale.
 constexpr double kLeastError = 1e-3;
 constexpr double kLeastTurnError = 1e-5;
@@ -90,8 +86,8 @@ RobotPlace PoseGraphMap::create(const ExperienceGraph& graph, const RobotPlace& 
   recalls_.push_back(0);
   beside_.reset();
   TemplateOffset offset;
-  if (geometry == nullptr) {
-    offset.displacement = Eigen::Vector2d::Zero();
+  if (geometry == nullptr || !geometry->measured()) {
+    offset.displacement = Eigen::Vector2d(geometry != nullptr ? geometry->ahead : 0.0, 0.0);
   } else {
     offset.rotation = geometry->relative_rad;
     if (geometry->distance >= 0.0) {
@@ -277,41 +273,6 @@ Constraint PoseGraphMap::drivenConstraint(const RobotPlace& robot) const {
     chain.scale_weight = 1.0 / kLostScale;
   }
   return chain;
-}
-
-Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relative_rad,
-                                          const RecallGeometry* geometry) const {
-  const double place = spread_.place();
-  Constraint constraint;
-  constraint.recall = true;
-  constraint.from = nodes_[experience];
-  constraint.measured.yaw = wrapAngle(relative_rad);
-  spread_.weigh(constraint);
-  constraint.vague = geometry == nullptr;
-  if (geometry == nullptr) return constraint;
-
-  const TemplateOffset& offset = offsets_[experience];
-  constraint.measured.yaw = wrapAngle(geometry->relative_rad - offset.rotation);
-  constraint.yaw_weight = 1.0 / geometry->sigma_rotation;
-  if (!offset.displacement) return constraint;
-
-  // From the axes of the template to those of the experience.
-  const Eigen::Rotation2Dd to_experience(-offset.rotation);
-  const Eigen::Vector2d along =
-      to_experience * Eigen::Vector2d(std::cos(geometry->direction_rad), std::sin(geometry->direction_rad));
-  const Eigen::Vector2d across(-along.y(), along.x());
-  const double distance = std::max(geometry->distance, 0.0);
-  const Eigen::Vector2d measured = distance * along - to_experience * *offset.displacement;
-  constraint.measured.x = measured.x();
-  constraint.measured.y = measured.y();
-  const bool measured_length = geometry->distance >= 0.0;
-  const double sigma_along =
-      measured_length ? std::hypot(kLateralShare * place, geometry->sigma_distance) : place;
-  const double sigma_across =
-      std::hypot(kLateralShare * place, (measured_length ? distance : place) * geometry->sigma_direction);
-  constraint.xy_weight.row(0) = along / std::min(sigma_along, place);
-  constraint.xy_weight.row(1) = across / std::min(sigma_across, place);
-  return constraint;
 }
 
 void PoseGraphMap::update(ExperienceGraph& graph, RobotPlace&) {

@@ -36,8 +36,6 @@ constexpr std::size_t kFewest = 20;     // places of which a spread of likeness 
 constexpr std::size_t kJustLearned = 10;  // places
 constexpr double kStillLikeness = 2.0;    // z of places that the robot has just left
 constexpr double kPruned = 1e-3;          // of what one place gets of "anywhere": less is given up
-constexpr int kClaimLinks = 2;
-constexpr double kClaimNovelty = 1.0;  // views that add up to less tell their places hardly apart
 
 /// Logarithm of how much more likely a view of this likeness is at its place than anywhere: small ones say little, as those
 /// of neighbours in time agree.
@@ -48,8 +46,6 @@ double evidenceBeyondChance(double z) {
   const double beyond = std::max(z - kChance, 0.0);
   return kBeyond * beyond * beyond;
 }
-
-bool byPlace(const PlaceMass& a, const PlaceMass& b) { return a.place < b.place; }
 
 /// Twice integrated, a box of half-width `blur` about 0.
 double ramp(double x, double blur) {
@@ -282,45 +278,10 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
   return claim(likeness, spread);
 }
 
-std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const Spread& spread) const {
-  if (active_.empty()) return std::nullopt;
-  const auto less = [](const PlaceMass& a, const PlaceMass& b) { return a.mass < b.mass; };
-  PlaceClaim claim;
-  claim.place = std::max_element(active_.begin(), active_.end(), less)->place;
-  std::vector<std::uint32_t> near;
-  graph_.within(claim.place, kClaimLinks, kClaimNovelty, near);
-  for (const std::uint32_t place : near) {
-    const auto found = std::lower_bound(active_.begin(), active_.end(), PlaceMass{place, 0.0}, byPlace);
-    if (found != active_.end() && found->place == place) claim.confidence += found->mass;
-  }
-  // Several places of one stretch of road, learned before the robot knew that it was there again, share the belief.
-  if (goesOnTo(claim.place)) claim.confidence = std::max(claim.confidence, 1.0 - unknown_);
-  double sum = 0.0;
-  for (std::size_t v = 0; v < likeness.variants; ++v) {
-    const double z = (static_cast<double>(likeness.row(v)[claim.place]) - spread.mean) / spread.deviation;
-    claim.variant_weights.push_back(std::exp(z));
-    sum += claim.variant_weights.back();
-  }
-  for (double& weight : claim.variant_weights) weight /= sum;
-  return claim;
-}
-
 /// Whether dead reckoning knows the way from a place's last visit until now, and says how well.
 bool PlaceBelief::deadReckoningKnows(std::uint32_t place) const {
   const bool said = here_.forward_variance > 0.0 && here_.yaw_variance > 0.0;
   return said && measured_ && graph_.lastVisit(place).epoch == here_.epoch;
-}
-
-/// Whether the robot was at a known place when it saw the last view, this place is on the way from there, and dead
-/// reckoning that says how well it knows does not exclude it: what looks alike elsewhere would be excluded.
-bool PlaceBelief::goesOnTo(std::uint32_t place) const {
-  if (!at_ || at_new_ || *at_ >= candidates_) return false;
-  if (!deadReckoningKnows(place)) return false;
-  const double reach = graph_.stretch(*at_, std::max(step_, 1e-9), candidates_) + 2.0 * step_;
-  if (std::abs(since_arrival_) > reach) return false;
-  std::vector<PlaceAhead> near;
-  graph_.around(*at_, reach, reach, near);
-  return std::any_of(near.begin(), near.end(), [&](const PlaceAhead& ahead) { return ahead.place == place; });
 }
 
 void PlaceBelief::arrive(std::uint32_t place) {

@@ -1,0 +1,17 @@
+#include "ratslam/local_view/recall/along_way.h"
+
+#include <algorithm>
+
+namespace ratslam {
+
+double likestBetween(const LikenessAlong& before, double at, const LikenessAlong& after) {
+  const double behind = -before.distance;
+  if (!(behind > 0.0) || !(after.distance > 0.0)) return 0.0;
+  // The peak lies on the side that is more like the view, so what falls by each metre is told by the other side.
+  const double slope = std::max((at - before.likeness) / behind, (at - after.likeness) / after.distance);
+  if (!(slope > 0.0)) return 0.0;
+  const double peak = (after.likeness - before.likeness + slope * (after.distance - behind)) / (2.0 * slope);
+  return std::clamp(peak, -behind / 2.0, after.distance / 2.0);
+}
+
+}  // namespace ratslam
