@@ -140,8 +140,11 @@ class PlaceBelief {
   struct Spread {
     double mean = 0.0;
     double deviation = 1.0;
+
+    double standardised(float value) const { return (static_cast<double>(value) - mean) / deviation; }
   };
   static Spread spreadOf(const ViewLikeness& likeness);
+  bool atKnownPlace() const { return at_ && !at_new_; }  // when it saw the last view
   bool excluded(std::uint32_t place) const;
   bool deadReckoningKnows(std::uint32_t place) const;
   std::optional<PlaceMass> onTheWay() const;

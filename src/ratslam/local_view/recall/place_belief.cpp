@@ -181,7 +181,7 @@ std::size_t PlaceBelief::leftBehind(const ViewLikeness& likeness) const {
   if (likeness.places <= kJustLearned) return 0;
   const Spread spread = spreadOf(likeness);
   const auto still = [&](std::size_t place) {
-    return (static_cast<double>(likest(likeness, place)) - spread.mean) / spread.deviation > kStillLikeness;
+    return spread.standardised(likest(likeness, place)) > kStillLikeness;
   };
   std::size_t end = likeness.places;
   double learned = 0.0;  // way over which the places from the end on were learned
@@ -257,7 +257,7 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
     const bool vouched_for = deadReckoningKnows(mass.place);
     double weighed = 0.0;
     for (std::size_t v = 0; v < likeness.variants; ++v) {
-      const double z = (static_cast<double>(likeness.row(v)[mass.place]) - spread.mean) / spread.deviation;
+      const double z = spread.standardised(likeness.row(v)[mass.place]);
       const double beyond = vouched_for ? 0.0 : evidenceBeyondChance(z);
       const double share = mass.mass * variants_[v] * std::exp(novelty_ * (evidence(z) + beyond));
       of_variants[v] += share;
@@ -266,7 +266,7 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
     mass.mass = weighed;
     sum += weighed;
   }
-  const bool may_stay = !measured_ || (at_ && !at_new_);
+  const bool may_stay = !measured_ || atKnownPlace();
   unknown_ *= std::exp(novelty_ * evidence(may_stay ? kUnknownZToStay : kUnknownZ));
   sum += unknown_;
   for (std::size_t v = 0; v < likeness.variants; ++v) {

@@ -33,7 +33,7 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
   if (measured_) claim.ahead = aheadOf(claim.place, likeness);
   double sum = 0.0;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
-    const double z = (static_cast<double>(likeness.row(v)[claim.place]) - spread.mean) / spread.deviation;
+    const double z = spread.standardised(likeness.row(v)[claim.place]);
     claim.variant_weights.push_back(std::exp(z));
     sum += claim.variant_weights.back();
   }
@@ -80,7 +80,7 @@ double PlaceBelief::aheadOf(std::uint32_t place, const ViewLikeness& likeness) c
 /// The most believed of the places that are on the way from the known one where the robot was when it saw the last view;
 /// none where dead reckoning does not say how well it knows: what looks alike elsewhere would not be excluded.
 std::optional<PlaceMass> PlaceBelief::onTheWay() const {
-  if (!at_ || at_new_ || *at_ >= candidates_) return std::nullopt;
+  if (!atKnownPlace() || *at_ >= candidates_) return std::nullopt;
   const double reach = graph_.stretch(*at_, std::max(step_, 1e-9), candidates_) + 2.0 * step_;
   if (std::abs(since_arrival_) > reach) return std::nullopt;
   std::vector<PlaceAhead> near;
