@@ -49,6 +49,11 @@ class Map(harness.NodeTest):
             odometry.publish(harness.odometry_message(at + 10000000, 0.0, 3.141592653589793 / 2 / 0.01))
             decide(at, step)
 
+    def drive_by_actions(self):
+        """As recordings of OpenRatSLAM have it: without states of the pose cells."""
+        odometry, actions = self.publisher("odom", Odometry), self.publisher("PoseCell/TopologicalAction", TopologicalAction)
+        self.drive(odometry, lambda at, step: actions.publish(self.fill(TopologicalAction(), at, step)))
+
     @staticmethod
     def fill(message, at, step):
         message.header.stamp = harness.stamp(at)
@@ -85,18 +90,14 @@ class Map(harness.NodeTest):
     def test_map_from_actions_alone_as_recorded_bags_have_them(self):
         self.start()
         maps = self.listen("ExperienceMap/Map", TopologicalMap)
-        odometry = self.publisher("odom", Odometry)
-        actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
-        self.drive(odometry, lambda at, step: actions.publish(self.fill(TopologicalAction(), at, step)))
+        self.drive_by_actions()
         self.check_square(maps)
 
     def test_every_signal_that_ends_a_node_leaves_the_trajectories(self):
         for number in (signal.SIGTERM, signal.SIGHUP):
             self.start()
             maps = self.listen("ExperienceMap/Map", TopologicalMap)
-            odometry = self.publisher("odom", Odometry)
-            actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
-            self.drive(odometry, lambda at, step: actions.publish(self.fill(TopologicalAction(), at, step)))
+            self.drive_by_actions()
             self.check_square(maps)
             self.node.process.send_signal(number)
             self.assertEqual(self.node.ended(), 0, self.node.output())
@@ -118,9 +119,7 @@ class Map(harness.NodeTest):
         maps = self.listen("ExperienceMap/Map", TopologicalMap)
         poses = self.listen("ExperienceMap/RobotPose", PoseStamped)
         transforms = self.listen("/tf", tf2_msgs.msg.TFMessage)
-        odometry = self.publisher("odom", Odometry)
-        actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
-        self.drive(odometry, lambda at, step: actions.publish(self.fill(TopologicalAction(), at, step)))
+        self.drive_by_actions()
         self.check_square(maps, frame="")
         self.assertTrue(harness.wait_until(lambda: poses))
         self.assertEqual({message.header.frame_id for message in maps + poses}, {""})

@@ -3,8 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <limits>
+
+#include "unit/message_of.h"
 
 namespace ratslam {
 namespace {
@@ -76,15 +77,6 @@ State stateOf(const Whole& whole) {
   return state;
 }
 
-std::string messageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST(State, GivesBackWhatItWasGiven) {
   const Whole whole;
   Whole other;
@@ -144,19 +136,22 @@ TEST(State, RefusesNamesThatNobodyCouldRead) {
 
 TEST(State, NamesWhatIsMissing) {
   const State state = stateOf(Whole{});
-  EXPECT_NE(messageOf([&] { state.get<double>("speed"); }).find("speed: it is missing"), std::string::npos);
-  EXPECT_NE(messageOf([&] { state.child("entries").get<double>("z"); }).find("entries/z"), std::string::npos);
+  EXPECT_NE(test::messageOf([&] { state.get<double>("speed"); }).find("speed: it is missing"),
+            std::string::npos);
+  EXPECT_NE(test::messageOf([&] { state.child("entries").get<double>("z"); }).find("entries/z"),
+            std::string::npos);
 }
 
 TEST(State, NamesWhatHasAnotherTypeOrShape) {
   State state;
   state.set("speed", 1.0);
   state.set("place", Eigen::Vector3d(1, 2, 3));
-  EXPECT_NE(messageOf([&] { state.get<float>("speed"); }).find("speed: it is float64[], not float32[]"),
+  EXPECT_NE(test::messageOf([&] { state.get<float>("speed"); }).find("speed: it is float64[], not float32[]"),
             std::string::npos);
-  EXPECT_NE(messageOf([&] { state.get<Eigen::Vector2d>("place"); }).find("place: it is float64[3 x 1]"),
+  EXPECT_NE(test::messageOf([&] { state.get<Eigen::Vector2d>("place"); }).find("place: it is float64[3 x 1]"),
             std::string::npos);
-  EXPECT_NE(messageOf([&] { state.get<std::vector<double>>("speed"); }).find("speed"), std::string::npos);
+  EXPECT_NE(test::messageOf([&] { state.get<std::vector<double>>("speed"); }).find("speed"),
+            std::string::npos);
 }
 
 TEST(State, MakesLaterWhatNobodyLooksAtYet) {
@@ -205,7 +200,7 @@ TEST(State, RefusesAnotherVersion) {
   State state;
   state.child("part").setVersion(2);
   EXPECT_NO_THROW(std::as_const(state).child("part").requireVersion(2));
-  EXPECT_NE(messageOf([&] { state.child("part").requireVersion(1); }).find("part/version: it is 2"),
+  EXPECT_NE(test::messageOf([&] { state.child("part").requireVersion(1); }).find("part/version: it is 2"),
             std::string::npos);
 }
 

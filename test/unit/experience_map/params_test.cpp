@@ -6,6 +6,7 @@
 #include <set>
 
 #include "ratslam/experience_map/experience_map.h"
+#include "unit/message_of.h"
 
 namespace ratslam {
 namespace {
@@ -15,12 +16,7 @@ template <class Change>
 std::string refusal(Change&& change) {
   ExperienceMapParams params;
   change(params);
-  try {
-    ExperienceMap map(params);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return test::messageOf<std::invalid_argument>([&] { ExperienceMap map(params); });
 }
 
 TEST(ExperienceMapParams, DefaultsAreOpenRatSlamsAndValid) {

@@ -11,6 +11,7 @@
 
 #include "ratslam/common/angles.h"
 #include "ratslam/local_view/orientation/byte_matcher.h"
+#include "unit/message_of.h"
 
 namespace ratslam {
 namespace {
@@ -41,15 +42,6 @@ std::vector<cv::Mat> places(int count) {
     }
   }
   return images;
-}
-
-std::string messageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing thrown";
 }
 
 TEST(LocalViewCells, LearnsNewViewsAndRecallsKnownOnes) {
@@ -189,7 +181,8 @@ TEST(LocalViewCells, RefusesAnotherImageSizeAndGoesOn) {
   LocalViewCells cells(smallParams());
   const std::vector<cv::Mat> images = places(2);
   cells.observe(0, images[0]);
-  const std::string message = messageOf([&] { cells.observe(1, cv::Mat(30, 48, CV_8UC1, cv::Scalar(0))); });
+  const std::string message = test::messageOf<std::invalid_argument>(
+      [&] { cells.observe(1, cv::Mat(30, 48, CV_8UC1, cv::Scalar(0))); });
   EXPECT_NE(message.find("48 x 24"), std::string::npos) << message;
   EXPECT_NE(message.find("48 x 30"), std::string::npos) << message;
   EXPECT_THROW(cells.observe(1, cv::Mat()), std::invalid_argument);
@@ -204,7 +197,7 @@ TEST(LocalViewCells, NamesTheParameterThatDoesNotFitTheImage) {
     LocalViewParams params = smallParams();
     change(params.view_template);
     LocalViewCells cells(params);
-    const std::string message = messageOf([&] { cells.observe(0, image); });
+    const std::string message = test::messageOf<std::invalid_argument>([&] { cells.observe(0, image); });
     EXPECT_EQ(cells.size(), 0U);
     EXPECT_NE(message.find("48 x 24"), std::string::npos) << message;
     return message;
@@ -225,7 +218,7 @@ TEST(LocalViewCells, RefusesBadParameters) {
   const auto message_for = [&](const std::function<void(LocalViewParams&)>& change) {
     LocalViewParams params = smallParams();
     change(params);
-    return messageOf([&] { LocalViewCells cells(params); });
+    return test::messageOf<std::invalid_argument>([&] { LocalViewCells cells(params); });
   };
   EXPECT_EQ(message_for([](auto& p) { p.match_threshold = NAN; }).find("vt_match_threshold: value nan "), 0U);
   EXPECT_EQ(message_for([](auto& p) { p.step_match = 0; }).find("vt_step_match: value 0 "), 0U);
@@ -315,7 +308,7 @@ TEST(LocalViewCells, TakeADescriptorOfSomebodyElse) {
   EXPECT_TRUE(cells.observe(0, cv::Mat(8, 8, CV_8UC1, cv::Scalar(40))).learned);
   EXPECT_TRUE(cells.observe(1, cv::Mat(8, 8, CV_8UC1, cv::Scalar(200))).learned);
   EXPECT_EQ(cells.observe(2, cv::Mat(8, 8, CV_8UC1, cv::Scalar(41))).id, 0U);
-  EXPECT_EQ(messageOf([&] { LocalViewCells unknown(params); }),
+  EXPECT_EQ(test::messageOf<std::invalid_argument>([&] { LocalViewCells unknown(params); }),
             "vt_descriptor: value mean_grey is not allowed: it must be blocks or orientation");
 }
 

@@ -8,9 +8,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <random>
 #include <thread>
+
+#include "unit/message_of.h"
 
 namespace ratslam {
 namespace {
@@ -59,15 +60,6 @@ MapCheckpoint checkpoint(std::size_t places, std::size_t moved = 0) {
 bool equal(const MapCheckpoint& a, const MapCheckpoint& b) {
   return a.stamp == b.stamp && a.parameters == b.parameters && a.sessions == b.sessions &&
          a.state.toBytes() == b.state.toBytes();
-}
-
-std::string messageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 std::vector<char> readBytes(const std::string& path) {
@@ -119,7 +111,7 @@ TEST_F(MapStore, ReadsFromAFolderThatCannotBeWritten) {
   fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
   EXPECT_TRUE(equal(loadMapFile(path()), map));
   if (geteuid() != 0) {
-    EXPECT_NE(messageOf([&] { MapWriter writer(path()); }).find("cannot write"), std::string::npos);
+    EXPECT_NE(test::messageOf([&] { MapWriter writer(path()); }).find("cannot write"), std::string::npos);
   }
   fs::permissions(folder_, fs::perms::owner_all);
 }
@@ -127,9 +119,9 @@ TEST_F(MapStore, ReadsFromAFolderThatCannotBeWritten) {
 TEST_F(MapStore, HasOneWriter) {
   {
     const MapLock first(path());
-    EXPECT_NE(messageOf([&] { MapLock second(path()); }).find("another program writes to it"),
+    EXPECT_NE(test::messageOf([&] { MapLock second(path()); }).find("another program writes to it"),
               std::string::npos);
-    EXPECT_NE(messageOf([&] { MapLock third(path()); }).find("another program writes to it"),
+    EXPECT_NE(test::messageOf([&] { MapLock third(path()); }).find("another program writes to it"),
               std::string::npos);
   }
   EXPECT_TRUE(fs::is_empty(folder_)) << "a lock that is let go leaves nothing behind";
@@ -156,13 +148,15 @@ TEST_F(MapStore, HasOneWriterAlsoWhileLocksComeAndGo) {
 }
 
 TEST_F(MapStore, RefusesWhatIsNoMapFile) {
-  EXPECT_NE(messageOf([&] { loadMapFile(path()); }).find("there is no such map file"), std::string::npos);
-  EXPECT_NE(messageOf([&] { loadMapFile("/tmp"); }).find("it is a folder"), std::string::npos);
+  EXPECT_NE(test::messageOf([&] { loadMapFile(path()); }).find("there is no such map file"),
+            std::string::npos);
+  EXPECT_NE(test::messageOf([&] { loadMapFile("/tmp"); }).find("it is a folder"), std::string::npos);
   writeBytes(path(), std::vector<char>(5000, 'x'));
-  EXPECT_NE(messageOf([&] { loadMapFile(path()); }).find("it is not a map file"), std::string::npos);
-  EXPECT_NE(messageOf([&] { MapWriter writer(path()); }).find("it is not a map file"), std::string::npos);
+  EXPECT_NE(test::messageOf([&] { loadMapFile(path()); }).find("it is not a map file"), std::string::npos);
+  EXPECT_NE(test::messageOf([&] { MapWriter writer(path()); }).find("it is not a map file"),
+            std::string::npos);
   writeBytes(path(), {});
-  EXPECT_NE(messageOf([&] { loadMapFile(path()); }).find("it is not a map file"), std::string::npos);
+  EXPECT_NE(test::messageOf([&] { loadMapFile(path()); }).find("it is not a map file"), std::string::npos);
 }
 
 TEST_F(MapStore, RefusesAnotherVersion) {
@@ -170,8 +164,8 @@ TEST_F(MapStore, RefusesAnotherVersion) {
   std::vector<char> bytes = readBytes(path());
   bytes[63] = 9;  // PRAGMA user_version, big-endian at 60
   writeBytes(path(), bytes);
-  EXPECT_NE(messageOf([&] { loadMapFile(path()); }).find("its version is 9"), std::string::npos);
-  EXPECT_NE(messageOf([&] { MapWriter writer(path()); }).find("its version is 9"), std::string::npos);
+  EXPECT_NE(test::messageOf([&] { loadMapFile(path()); }).find("its version is 9"), std::string::npos);
+  EXPECT_NE(test::messageOf([&] { MapWriter writer(path()); }).find("its version is 9"), std::string::npos);
 }
 
 TEST_F(MapStore, RefusesOtherParameters) {
@@ -179,7 +173,7 @@ TEST_F(MapStore, RefusesOtherParameters) {
   auto parameters = map.parameters;
   EXPECT_NO_THROW(requireParameters("a.db", map, parameters));
   parameters["vt_match_threshold"] = "0.05";
-  const std::string message = messageOf([&] { requireParameters("a.db", map, parameters); });
+  const std::string message = test::messageOf([&] { requireParameters("a.db", map, parameters); });
   EXPECT_EQ(message.rfind("a.db: made with vt_match_threshold = 0.04", 0), 0U) << message;
   EXPECT_NE(message.find("0.05"), std::string::npos);
 }
@@ -190,7 +184,7 @@ TEST_F(MapStore, RefusesATruncatedFileWhereverItEnds) {
   for (std::size_t i = 0; i < 200; ++i) {
     const std::size_t size = bytes.size() * i / 200;
     writeBytes(path("cut.db"), {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)});
-    const std::string message = messageOf([&] { loadMapFile(path("cut.db")); });
+    const std::string message = test::messageOf([&] { loadMapFile(path("cut.db")); });
     EXPECT_EQ(message.rfind(path("cut.db") + ": ", 0), 0U) << size << " of " << bytes.size() << " bytes";
     EXPECT_EQ(message.find('\n'), std::string::npos);
   }

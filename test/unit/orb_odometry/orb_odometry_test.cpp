@@ -13,12 +13,11 @@ namespace ratslam {
 namespace {
 
 using test::cameraAt;
+using test::kPeriod;
+using test::kStep;
 using test::smallCamera;
 using test::smallParams;
 using test::StreetScene;
-
-constexpr double kStep = 0.4;    // metres a frame
-constexpr double kPeriod = 0.1;  // seconds a frame
 
 class OrbOdometryOnAStreet : public testing::Test {
  protected:

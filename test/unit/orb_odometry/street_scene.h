@@ -12,6 +12,9 @@
 
 namespace ratslam::test {
 
+inline constexpr double kStep = 0.4;    ///< of the car [m a frame]
+inline constexpr double kPeriod = 0.1;  ///< [s a frame]
+
 inline CameraModel smallCamera() {
   CameraModel camera;
   camera.width = 480;

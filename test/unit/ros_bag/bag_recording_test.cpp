@@ -11,9 +11,10 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
+
+#include "unit/message_of.h"
 
 namespace ratslam {
 namespace {
@@ -63,15 +64,6 @@ class BagRecordingTest : public ::testing::Test {
   static std::string bytesOf(const std::string& name) {
     std::ifstream file(name, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
-  }
-
-  static std::string messageOf(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const std::runtime_error& e) {
-      return e.what();
-    }
-    return "";
   }
 
   static void expectParts(const std::string& message, const std::vector<std::string>& parts) {
@@ -156,14 +148,16 @@ TEST_F(BagRecordingTest, DecodesCompressedImagesAndReportsCorruptOnesWhenAsked) 
   BagRecording recording(name, BagTopics());
   EXPECT_EQ(std::get<RecordedImage>(*recording.next()).decode().size(), cv::Size(60, 40));
   const RecordedItem corrupt = *recording.next();
-  expectParts(messageOf([&] { std::get<RecordedImage>(corrupt).decode(); }), {"corrupt"});
+  expectParts(test::messageOf([&] { std::get<RecordedImage>(corrupt).decode(); }), {"corrupt"});
   ASSERT_TRUE(recording.camera());
   EXPECT_EQ(recording.camera()->fy, 51.0);
 }
 
 TEST_F(BagRecordingTest, MissingTopicIsAnsweredWithThoseThereAre) {
   const std::string bag = goodBag();
-  const auto open = [&](const BagTopics& topics) { return messageOf([&] { BagRecording(bag, topics); }); };
+  const auto open = [&](const BagTopics& topics) {
+    return test::messageOf([&] { BagRecording(bag, topics); });
+  };
   expectParts(open({"/camera/image", "", false}),
               {"no topic /camera/image", "/kitti/camera/image [sensor_msgs/Image]",
                "/kitti/odom [nav_msgs/Odometry]"});
@@ -178,7 +172,7 @@ TEST_F(BagRecordingTest, AmbiguousTopicsMustBeNamed) {
     writeImage(bag, "/left/image", 1.0);
     writeImage(bag, "/right/image", 1.0);
   }
-  expectParts(messageOf([&] { BagRecording(name, BagTopics()); }),
+  expectParts(test::messageOf([&] { BagRecording(name, BagTopics()); }),
               {"more than one", "/left/image", "/right/image"});
   EXPECT_NO_THROW(BagRecording(name, BagTopics{"/right/image", "", false}));
 }
@@ -192,7 +186,7 @@ TEST_F(BagRecordingTest, NamesAndNumbersOfTopicsLeaveTheMessageOneShortLine) {
   for (const std::string& wanted : {std::string(), std::string("/not\nthere")}) {
     BagTopics topics;
     topics.images = wanted;
-    const std::string message = messageOf([&] { BagRecording recording(name, topics); });
+    const std::string message = test::messageOf([&] { BagRecording recording(name, topics); });
     EXPECT_LT(message.size(), 4000U);
     EXPECT_EQ(message.find('\n'), std::string::npos);
     EXPECT_EQ(message.find('\x1b'), std::string::npos);
@@ -202,7 +196,7 @@ TEST_F(BagRecordingTest, NamesAndNumbersOfTopicsLeaveTheMessageOneShortLine) {
 
 TEST_F(BagRecordingTest, UnusableFilesAreRefusedWithAReason) {
   const auto open = [](const std::string& name) {
-    return messageOf([&] { BagRecording(name, BagTopics()); });
+    return test::messageOf([&] { BagRecording(name, BagTopics()); });
   };
   expectParts(open(path("nothing.bag")), {"nothing.bag", "cannot open"});
 
@@ -258,22 +252,22 @@ TEST_F(BagRecordingTest, LengthsThatADamagedBagClaimsAreLookedAtFirst) {
     return name;
   };
   // The chunk's unpacked size, the length behind its header, and where its index points.
-  expectParts(messageOf([&] { BagRecording(damaged("size=", 0, 0xFFFFFFF0U), BagTopics()); }),
+  expectParts(test::messageOf([&] { BagRecording(damaged("size=", 0, 0xFFFFFFF0U), BagTopics()); }),
               {"damaged.bag", "claims to hold 4294967280"});
-  expectParts(messageOf([&] { BagRecording(damaged("size=", 4, 0x7FFFFFF0U), BagTopics()); }),
+  expectParts(test::messageOf([&] { BagRecording(damaged("size=", 4, 0x7FFFFFF0U), BagTopics()); }),
               {"damaged.bag", "beyond the end of the file"});
   // The lengths of fields in the header of the file's first record, and of a record within the chunk.
-  expectParts(messageOf([&] { BagRecording(damaged("#ROSBAG V2.0\n", 4, 0x2D04U), BagTopics()); }),
+  expectParts(test::messageOf([&] { BagRecording(damaged("#ROSBAG V2.0\n", 4, 0x2D04U), BagTopics()); }),
               {"damaged.bag", "byte 13: the fields of a record's header do not fit into it"});
-  expectParts(messageOf([&] { BagRecording(damaged("op=\x02", 0, 0x2D04U), BagTopics()); }),
+  expectParts(test::messageOf([&] { BagRecording(damaged("op=\x02", 0, 0x2D04U), BagTopics()); }),
               {"damaged.bag", "the fields of a record's header do not fit into it"});
   // Where the index begins: within a record, whose bytes rosbag would take for lengths.
-  expectParts(messageOf([&] { BagRecording(damaged("index_pos=", 0, 100U), BagTopics()); }),
+  expectParts(test::messageOf([&] { BagRecording(damaged("index_pos=", 0, 100U), BagTopics()); }),
               {"damaged.bag", "byte 100: no record is where the header says that the index begins"});
   // The length of an image's pixels, behind its encoding, byte order and step: the message is damaged, no more.
   BagRecording recording(damaged("mono8", 5, 0xFFFFFFF0U), {"", "", false});
   const RecordedItem item = *recording.next();
-  expectParts(messageOf([&] { std::get<RecordedImage>(item).decode(); }), {"damaged message"});
+  expectParts(test::messageOf([&] { std::get<RecordedImage>(item).decode(); }), {"damaged message"});
   int others = 0;
   while (recording.next()) ++others;
   EXPECT_EQ(others, 2);
@@ -298,7 +292,7 @@ TEST_F(BagRecordingTest, WhatACompressedChunkUnpacksToIsLookedAtBeforeRosbagRead
       std::string changed = bytes;
       std::memcpy(&changed[at], &value, sizeof value);
       std::ofstream(name, std::ios::binary) << changed;
-      return messageOf([&] {
+      return test::messageOf([&] {
         BagRecording recording(name, {"", "", false});
         while (recording.next()) {
         }
@@ -329,7 +323,7 @@ TEST_F(BagRecordingTest, AnotherDefinitionOfATypeIsNamed) {
   const std::string sum = ros::message_traits::MD5Sum<sensor_msgs::Image>::value();
   for (std::size_t at = bytes.find(sum); at != std::string::npos; at = bytes.find(sum, at)) bytes[at] = 'x';
   std::ofstream(name, std::ios::binary) << bytes;
-  expectParts(messageOf([&] { BagRecording(name, BagTopics()); }),
+  expectParts(test::messageOf([&] { BagRecording(name, BagTopics()); }),
               {"/kitti/camera/image is sensor_msgs/Image of another definition", "x" + sum.substr(1), sum});
 }
 
@@ -365,13 +359,13 @@ TEST_F(BagRecordingTest, TheFirstUsableCalibrationCounts) {
   whole.D = {0.1, 0.0, 0.0, 0.0, 0.0};
   EXPECT_EQ(BagRecording(recorded("image", {whole}), BagTopics()).camera()->coefficients.size(), 4U);
   const BagRecording none(recorded("image", {zero, zero}), BagTopics());
-  expectParts(messageOf([&] { none.camera(); }), {"camera.bag: /camera/camera_info", "all zero"});
+  expectParts(test::messageOf([&] { none.camera(); }), {"camera.bag: /camera/camera_info", "all zero"});
   sensor_msgs::CameraInfo of_another_size = whole;
   of_another_size.width = 640;
   of_another_size.K[0] = 500.0;
   EXPECT_EQ(BagRecording(recorded("image", {of_another_size, whole}), BagTopics()).camera()->fx, 50.0);
   const BagRecording other(recorded("image", {of_another_size}), BagTopics());
-  expectParts(messageOf([&] { other.camera(); }),
+  expectParts(test::messageOf([&] { other.camera(); }),
               {"camera.bag: /camera/camera_info", "for images of 640x40"});
 }
 

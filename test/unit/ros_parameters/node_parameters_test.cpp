@@ -4,23 +4,14 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <sstream>
 
 #include "ratslam/system/pipeline.h"
+#include "unit/message_of.h"
 
 namespace ratslam {
 namespace {
-
-std::string messageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "";
-}
 
 TEST(TopicName, TakesEveryFormOfRootSeenInTheWild) {
   EXPECT_EQ(topicName("", "odom"), "odom");
@@ -30,7 +21,7 @@ TEST(TopicName, TakesEveryFormOfRootSeenInTheWild) {
 }
 
 TEST(TopicName, RefusesWhatIsNoName) {
-  const std::string message = messageOf([] { topicName("new college", "odom"); });
+  const std::string message = test::messageOf<std::exception>([] { topicName("new college", "odom"); });
   EXPECT_NE(message.find("topic_root: value 'new college'"), std::string::npos) << message;
 }
 
@@ -72,7 +63,8 @@ TEST(XmlRpcParameters, OpenRatSlamsSecondSpellingIsTheSameKey) {
 TEST(XmlRpcParameters, GroupsAreRefusedByName) {
   XmlRpc::XmlRpcValue dictionary;
   dictionary["pose_cells"]["pc_dim_xy"] = 31;
-  const std::string message = messageOf([&] { parametersFromXmlRpc(dictionary, "/ratslam_pc"); });
+  const std::string message =
+      test::messageOf<std::exception>([&] { parametersFromXmlRpc(dictionary, "/ratslam_pc"); });
   EXPECT_NE(message.find("/ratslam_pc/pose_cells"), std::string::npos) << message;
 }
 
@@ -80,7 +72,7 @@ TEST(XmlRpcParameters, WrongTypeNamesKeyValueAndOrigin) {
   XmlRpc::XmlRpcValue dictionary;
   dictionary["pc_dim_xy"] = std::string("many");
   const ParameterMap map = parametersFromXmlRpc(dictionary, "/ratslam_pc");
-  const std::string message = messageOf([&] { readParams<PoseCellParams>(map); });
+  const std::string message = test::messageOf<std::exception>([&] { readParams<PoseCellParams>(map); });
   for (const char* part : {"pc_dim_xy", "many", "/ratslam_pc/pc_dim_xy"}) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   }
@@ -97,7 +89,7 @@ class BadNodeParams : public ::testing::TestWithParam<BadValue> {};
 TEST_P(BadNodeParams, AreRefusedWithKeyValueAndWhatIsAllowed) {
   ParameterMap map;
   map.setFromAssignment(GetParam().key + "=" + GetParam().value);
-  const std::string message = messageOf([&] { readParams<NodeParams>(map); });
+  const std::string message = test::messageOf<std::exception>([&] { readParams<NodeParams>(map); });
   EXPECT_NE(message.find(GetParam().key), std::string::npos) << message;
   EXPECT_NE(message.find(GetParam().value), std::string::npos) << message;
   EXPECT_NE(message.find(GetParam().allowed), std::string::npos) << message;
@@ -115,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(Keys, BadNodeParams,
 TEST(UnknownKeys, AreNamedWithTheNearestKnownOne) {
   ParameterMap map;
   map.setFromAssignment("sync_timout=3");
-  const std::string message = messageOf([&] { map.rejectUnknown(systemKeys()); });
+  const std::string message = test::messageOf<std::exception>([&] { map.rejectUnknown(systemKeys()); });
   EXPECT_NE(message.find("sync_timout"), std::string::npos) << message;
   EXPECT_NE(message.find("did you mean sync_timeout"), std::string::npos) << message;
 }
