@@ -103,6 +103,7 @@ class LocalViewStage {
     std::optional<double> forward_variance;  ///< [m^2]
     std::optional<double> yaw_variance;      ///< [rad^2]
     std::uint32_t epoch = 0;
+    double unmeasured_s = 0.0;  ///< time since the sample before it, where nobody measured the way [s]
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -110,6 +111,7 @@ class LocalViewStage {
       fields("forward_variance", forward_variance);
       fields("yaw_variance", yaw_variance);
       fields("epoch", epoch);
+      fields("unmeasured_s", unmeasured_s);
     }
   };
 

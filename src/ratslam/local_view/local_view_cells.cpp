@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kRecentViews = 10;  // learned too recently for a recall of them to be a closed loop
 
-constexpr std::uint32_t kStateVersion = 6;
+constexpr std::uint32_t kStateVersion = 7;
 
 }  // namespace
 

@@ -66,7 +66,8 @@ SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
   const bool back = verdict == SampleVerdict::kTimeWentBack;
   if (back) certainties_.clear();
   const bool broken = gate_.odometry().unmeasured() > unmeasured;
-  if (broken || (last_sample_ && sample.epoch != source_epoch_)) ++epoch_;
+  const bool anew = last_sample_ && sample.epoch != source_epoch_;
+  if (broken || anew) ++epoch_;
   Certainty certainty;
   certainty.stamp = sample.stamp;
   certainty.epoch = epoch_;
@@ -75,6 +76,8 @@ SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
     certainty.forward_variance = (*sample.covariance)(0, 0) * dt * dt;
     certainty.yaw_variance = (*sample.covariance)(5, 5) * dt * dt;
   }
+  if (broken || (anew && !back)) certainty.unmeasured_s = secondsBetween(*last_sample_, sample.stamp);
+  if (broken) ++epoch_;  // what was seen meanwhile lies apart from what comes
   certainties_.push_back(certainty);
   if (certainties_.size() > kMostCertainties) joinOldest();
   last_sample_ = sample.stamp;
@@ -119,23 +122,27 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
   const auto steps = gate_.motionUntil(stamp);
   motion.assumed = steps.empty();
   motion.epoch = epoch_;
-  double unmeasured = 0.0;
+  auto certainty = certainties_.begin();
   for (const TimedStep& timed : steps) {
     motion.forward += timed.step.forward;
     motion.rotation += timed.step.rotation;
-    if (timed.step.bridged && timed.step.covariance) unmeasured += (*timed.step.covariance)(0, 0);
+    while (certainty != certainties_.end() && certainty->stamp < timed.end) ++certainty;
+    const double unmeasured_s = certainty != certainties_.end() ? certainty->unmeasured_s : 0.0;
+    if (unmeasured_s > 0.0 && timed.step.bridged && timed.step.covariance) {
+      // The covariance of a part is that of a random walk; how fast the robot goes it keeps.
+      motion.unmeasured += std::sqrt((*timed.step.covariance)(0, 0) * timed.step.dt / unmeasured_s);
+    }
   }
-  motion.unmeasured = std::sqrt(unmeasured);
   double forward_variance = 0.0;
   double yaw_variance = 0.0;
   bool said = !certainties_.empty();
   // A sample that reaches beyond the stamp counts for the next view.
   while (!certainties_.empty() && certainties_.front().stamp <= stamp) {
-    const Certainty& certainty = certainties_.front();
-    said = said && certainty.forward_variance.has_value();
-    forward_variance += certainty.forward_variance.value_or(0.0);
-    yaw_variance += certainty.yaw_variance.value_or(0.0);
-    motion.epoch = certainty.epoch;
+    const Certainty& passed = certainties_.front();
+    said = said && passed.forward_variance.has_value();
+    forward_variance += passed.forward_variance.value_or(0.0);
+    yaw_variance += passed.yaw_variance.value_or(0.0);
+    motion.epoch = passed.epoch;
     certainties_.pop_front();
   }
   if (!certainties_.empty()) motion.epoch = certainties_.front().epoch;

@@ -120,6 +120,31 @@ TEST(PlaceBelief, NoWayLeadsAcrossAStretchThatNobodyMeasured) {
   EXPECT_LT(beliefBeyond(40.0), 0.1);
 }
 
+/// The odometry is silent while images come: what is seen leads on, though nobody says that the robot moves.
+TEST(PlaceBelief, FollowsTheViewsAlongAStretchThatNobodyMeasures) {
+  PlaceBelief belief = streetOf(0.5);
+  ViewMotion step;
+  step.forward = kStep;
+  step.epoch = 1;
+  std::size_t place = 100;
+  const auto see = [&] {
+    belief.move(step, 0.5);
+    const std::optional<PlaceClaim> claim = belief.weigh(alikeAround(place, 1), kPlaces);
+    const std::uint32_t at = claim ? claim->place : kPlaces;
+    if (claim && claim->confidence > PlaceBelief::kClaim) belief.arrive(at);
+    ++place;
+    return at;
+  };
+  while (place < 120) see();
+  step.forward = 0.0;
+  step.unmeasured = 1.2 * kStep;
+  step.epoch = 2;
+  while (place < 150) {
+    const std::uint32_t at = see();
+    EXPECT_NEAR(at, static_cast<double>(place) - 1.0, 2.0) << place;
+  }
+}
+
 /// Views of a loop that begins with a stretch learned twice: on the first lap, and at the end of it, before the robot knew
 /// that it was back. Another lap later it must know that stretch, not learn it once more, and once more with each lap.
 TEST(PlaceBelief, PlacesThatWereLeftALapAgoMayBeWhereTheRobotIs) {

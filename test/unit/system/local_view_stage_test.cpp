@@ -40,13 +40,14 @@ TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
   EXPECT_EQ(stage.drain().size(), 1U);
 }
 
-/// Who has slept knows no longer where the places are: it must not exclude those where the robot is now.
+/// Who has slept knows no longer where the places are: it must not exclude those where the robot is now. What it saw
+/// meanwhile lies apart from both.
 TEST(LocalViewStage, ASilenceOfTheOdometryBreaksDeadReckoning) {
   LocalViewParams params;
   params.recall.kind = "belief";
   params.view_template.x_size = 60;
   params.view_template.y_size = 10;
-  for (const auto& [silence, breaks] : {std::pair{1.0, 0U}, std::pair{4.0, 1U}}) {
+  for (const auto& [silence, breaks] : {std::pair{1.0, 0U}, std::pair{4.0, 2U}}) {
     LocalViewStage stage(params, RecallGeometryParams{});
     OdometrySample sample;
     sample.speed = 10.0;

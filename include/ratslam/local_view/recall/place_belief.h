@@ -47,8 +47,8 @@ struct ViewMotion {
   std::optional<double> forward_variance;
   std::optional<double> yaw_variance;
   std::uint32_t epoch = 0;  ///< changes when dead reckoning is broken
-  /// Where the epoch changes: how far it may have gone where nobody measured (standard deviation) [m]; no way is known
-  /// to lead on from before.
+  /// How far it may have gone where nobody measured (standard deviation) [m]: no way is known to lead on from before. An
+  /// odometry that knows by itself how well it has predicted a stretch measures.
   double unmeasured = 0.0;
   /// Not measured: each view counts as one step on, and dead reckoning excludes nothing.
   bool assumed = false;

@@ -97,15 +97,13 @@ void PlaceBelief::move(const ViewMotion& motion, double novelty) {
   // What the odometry does not say counts as a share of the way, which adds up by itself in excluded().
   if (motion.forward_variance) here_.forward_variance += *motion.forward_variance;
   if (motion.yaw_variance) here_.yaw_variance += *motion.yaw_variance;
-  // An odometry that still knows by itself how well it has predicted a stretch breaks nothing.
-  const double unmeasured = motion.epoch != here_.epoch ? motion.unmeasured : 0.0;
   here_.epoch = motion.epoch;
   step_ = std::abs(motion.forward);
   since_arrival_ += motion.forward;
   novelty_since_arrival_ += novelty;
   const double measured = motion.forward_variance ? std::sqrt(*motion.forward_variance) : by_default;
-  const double sigma = std::max(measured, unmeasured);
-  if (unmeasured > 0.0) {
+  const double sigma = std::max(measured, motion.unmeasured);
+  if (motion.unmeasured > 0.0) {
     at_.reset();
     since_arrival_ = novelty_since_arrival_ = 0.0;
   }
