@@ -19,6 +19,7 @@ ParameterMap readConfiguration(const std::string& program, const std::string& fi
   if (!file.empty()) map = ParameterMap::fromFile(file, &remarks);
   for (const std::string& remark : remarks) std::cout << program << ": " << remark << '\n';
   for (const std::string& assignment : assignments) map.setFromAssignment(assignment);
+  if (map.values().empty()) throw std::runtime_error(file + ": it holds no parameter");
   map.rejectUnknown(systemKeys());
   return map;
 }

@@ -229,10 +229,18 @@ def test_a_recording_is_no_folder_for_results(program, short):
 
 
 def test_a_missing_configuration_is_said_and_no_riddle(program, short, tmp_path):
-    for words in ([program, short, "--out", tmp_path / "out"],
-                  [os.path.join(os.path.dirname(program), "ratslam_places"), short, "--open", "--out", tmp_path / "out.csv"]):
-        refused = subprocess.run(list(map(str, words)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
-        assert refused.returncode == 1 and "--config FILE is missing" in refused.stdout, refused.stdout
+    (tmp_path / "empty.yaml").write_text("# nothing\n")
+    here = [program, short, "--out", tmp_path / "out"]
+    places = [os.path.join(os.path.dirname(program), "ratslam_places"), short, "--open", "--out", tmp_path / "out.csv"]
+    for words, said in (
+        (here, "--config FILE is missing"),
+        (places, "--config FILE is missing"),
+        ([*here, "--config", tmp_path / "empty.yaml"], "empty.yaml: it holds no parameter"),
+    ):
+        refused = subprocess.run(
+            list(map(str, words)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False
+        )
+        assert refused.returncode == 1 and said in refused.stdout, refused.stdout
         assert refused.stdout.count("\n") == 1
 
 

@@ -105,14 +105,17 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
     for (const auto& entry : root) {
       const auto key = entry.first.as<std::string>();
       ParameterValue value;
-      value.origin = path + ":" + std::to_string(entry.second.Mark().line + 1);
+      value.origin = path + ":" + std::to_string(entry.first.Mark().line + 1);
       if (entry.second.IsScalar()) {
         value.text = entry.second.Scalar();
       } else if (entry.second.IsSequence()) {
         value.is_list = true;
         for (const auto& element : entry.second) value.elements.push_back(element.as<std::string>());
       } else {
-        throw std::runtime_error(value.origin + ": " + shown(key) + ": neither a value nor a list of values");
+        throw std::runtime_error(value.origin + ": " + shown(key) +
+                                 (entry.second.IsMap()
+                                      ? ": it holds keys of its own; all keys stand at the margin"
+                                      : ": it has no value"));
       }
       if (map.has(key)) throw std::runtime_error(value.origin + ": " + shown(key) + " is given twice");
       map.set(key, std::move(value));
@@ -136,6 +139,11 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
     if (section.first == "draw") {
       if (remarks != nullptr) remarks->push_back(path + ": section [draw] is ignored");
       continue;
+    }
+    if (section.second.empty() && !section.second.data().empty()) {
+      throw std::runtime_error(path + ": " + shown(section.first) +
+                               " stands before any section; it belongs into " +
+                               "[general], [ratslam] or [visual_odometry]");
     }
     if (section.first != "general" && section.first != "ratslam" && section.first != "visual_odometry") {
       throw std::runtime_error(path + ": section [" + shown(section.first) +

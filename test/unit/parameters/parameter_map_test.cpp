@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "unit/message_of.h"
+
 namespace ratslam {
 namespace {
 
@@ -140,6 +142,21 @@ TEST_F(ParameterMapTest, ASecondDocumentIsNotPassedOver) {
     EXPECT_NE(std::string(error.what()).find("a.yaml:2: a second document"), std::string::npos)
         << error.what();
   }
+}
+
+TEST_F(ParameterMapTest, WhatIsNoValueIsSaid) {
+  const auto yaml = [&](const std::string& text) {
+    return test::messageOf([&] { ParameterMap::fromYaml(file("a.yaml", text)); });
+  };
+  EXPECT_NE(yaml("size: 1\ncount:\n").find("a.yaml:2: count: it has no value"), std::string::npos);
+  // As rosparam has a node's parameters, and ROS 2 a node's.
+  EXPECT_NE(
+      yaml("ratslam:\n  count: 5\n").find("ratslam: it holds keys of its own; all keys stand at the margin"),
+      std::string::npos);
+  EXPECT_NE(test::messageOf([&] { ParameterMap::fromIni(file("a.txt", "count=5\n[ratslam]\nsize=1\n")); })
+                .find("a.txt: count stands before any section; it belongs into [general], [ratslam] or "
+                      "[visual_odometry]"),
+            std::string::npos);
 }
 
 TEST_F(ParameterMapTest, WhatYamlWouldReadWithoutEndIsNamedByItsLine) {
