@@ -92,6 +92,21 @@ class Launches(harness.FolderTest):
         self.assertRegex(self.launched.output(), os.path.join(self.folder, "no.bag") + ": not a readable bag")
         self.assertNotIn("Traceback", self.launched.output())
 
+    def test_what_cannot_be_played_is_one_line(self):
+        with open(self.path("other.mcap"), "wb") as file:
+            file.write(b"\x89MCAP0\r\n" + bytes(100))
+        for arguments, said in (({"bag": "other.mcap"}, "other.mcap: not a readable bag: .*ROS 2"),
+                                ({"rate": 0}, "--rate: value '0' is not allowed"),
+                                ({"rate": "fast"}, "--rate: value 'fast' is not allowed"),
+                                ({"rate": "nan"}, "--rate: value 'nan' is not allowed"),
+                                ({"odometry": "external"}, "no messages on /drive/odom, to which nodes listen")):
+            launched = self.start(**arguments)
+            self.assertTrue(launched.said(said, 60.0), launched.output())
+            if "odometry" in arguments:
+                self.assertTrue(launched.said("FATAL.* nothing was mapped", 60.0), launched.output())
+            self.assertIsNotNone(launched.ended(60.0), launched.output())
+            self.assertEqual(launched.count("Traceback|without all subscribers"), 0, launched.output())
+
 
 if __name__ == "__main__":
     rostest.rosrun("ratslam_ros", "launches", Launches, sys.argv)

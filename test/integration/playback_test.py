@@ -8,6 +8,8 @@ import sys
 
 import rosbag
 import rostest
+from geometry_msgs.msg import PoseStamped
+from ratslam_ros.msg import ViewTemplate
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
@@ -90,6 +92,23 @@ class Playback(harness.FolderTest):
         self.assertEqual(self.play(bag, 20, odometry="external"), reference)
         self.assertEqual(self.run_offline(bag, "topic"), reference)
         self.assertEqual(self.in_two_parts(bag, "topic_parts", odometry="external"), reference)
+
+    def test_what_a_bag_holds_of_topics_of_ours_is_not_played(self):
+        """An odometry beside the images, and what an earlier run has published."""
+        bag = self.path("recorded.bag")
+        harness.write_bag(self.path("plain.bag"), "/drive", FRAMES, odometry_period_ns=37000000)
+        with rosbag.Bag(self.path("plain.bag")) as plain, rosbag.Bag(bag, "w") as recorded:
+            for topic, message, at in plain.read_messages():
+                recorded.write(topic, message, at)
+                if "image" in topic:
+                    view = ViewTemplate(header=message.header, current_id=3)
+                    recorded.write("/drive/LocalView/Template", view, at)
+                    recorded.write("/drive/ExperienceMap/RobotPose", PoseStamped(header=message.header), at)
+        played = self.play(bag, 5, odometry="profile")
+        self.assertEqual(self.running[-1].count("not played, since the nodes publish it themselves: /drive/ExperienceMap/RobotPose, "
+                                                "/drive/LocalView/Template, /drive/odom$"), 1, self.words())
+        self.assertEqual(self.running[-1].count("its source started anew"), 0, self.words())
+        self.assertEqual(self.run_offline(bag, "profile"), played)
 
     def test_a_late_image_beside_an_external_odometry_is_left_out_by_both(self):
         whole, bag = self.path("in_order.bag"), self.path("late.bag")
