@@ -215,6 +215,7 @@ def test_odometry_of_runs_and_of_others_is_read(file):
     [
         (b"", "names no column stamp"),
         (b"frame;stamp;linear_x;angular_z\n", "parted by commas"),
+        (b"frame\tstamp\tlinear_x\tangular_z\n", "parted by commas"),
         (ODOMETRY + b"2,9999999999,1,0\n", ":4: stamp 1e\\+10 lies outside"),
         (ODOMETRY + b"2,0.1,1,0\n", ":4: stamps must rise"),
         (ODOMETRY + b"2,0.2,fast,0\n", ":4: linear_x: 'fast'"),

@@ -43,8 +43,8 @@ struct CameraModel {
   /// @throws std::invalid_argument naming what is wrong.
   void validate() const;
 
-  /// What makes it likely that the calibration belongs to images of another size or cut: a principal point far
-  /// from the middle. None where it does not.
+  /// What makes it likely that the calibration belongs to images of another size or cut, or to another camera: a
+  /// principal point far from the middle, coefficients that leave nothing of the picture. None where nothing does.
   std::optional<std::string> doubt() const;
 
   /// Raw pixels to undistorted pixels. Points the lens model cannot have produced come back as near as

@@ -24,7 +24,7 @@ def read_odometry(path: str) -> np.ndarray:
     names = split(lines[0][1]) if lines else []
     missing = [name for name in NEEDED if name not in names]
     if missing:
-        hint = "; columns are parted by commas" if ";" in (lines[0][1] if lines else "") else ""
+        hint = "; columns are parted by commas" if set(";\t") & set(lines[0][1] if lines else "") else ""
         raise InputError(
             f"{path}: its first line names no column {missing[0]}{hint}; it must name {', '.join(COLUMNS)}"
         )

@@ -92,6 +92,24 @@ Eigen::Vector2d firstGuess(const CameraModel& camera, const Eigen::Vector2d& ben
   return bent * (std::tan(std::min(bent_angle, kWidest)) / bent_angle);
 }
 
+/// Half-way to the corners every lens bends moderately; where one does not, its coefficients are none.
+std::optional<Eigen::Vector2d> pixelBentTooFar(const CameraModel& camera) {
+  constexpr double kUndone = 1.0;  // [px]
+  constexpr double kMostBent = 5.0;
+  const Eigen::Vector2d middle(camera.cx, camera.cy);
+  for (const Eigen::Vector2d& corner :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(camera.width, 0), Eigen::Vector2d(0, camera.height),
+        Eigen::Vector2d(camera.width, camera.height)}) {
+    const Eigen::Vector2d raw = 0.5 * (middle + corner);
+    const Eigen::Vector2d pixel = camera.undistort(raw);
+    // In the direction of the raw pixel: coefficients of a wrong sign find it on the other side.
+    const double farther = (pixel - middle).dot(raw - middle) / (raw - middle).squaredNorm();
+    const bool undone = (camera.distort(pixel) - raw).norm() < kUndone;
+    if (!undone || !(farther * kMostBent > 1.0 && farther < kMostBent)) return raw;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 LensModel lensModelFromName(const std::string& name) {
@@ -128,10 +146,14 @@ void CameraModel::validate() const {
 
 std::optional<std::string> CameraModel::doubt() const {
   constexpr double kFarFromMiddle = 0.2;  // of the size: half or twice the images' size lies farther
-  if (std::abs(cx / width - 0.5) <= kFarFromMiddle && std::abs(cy / height - 0.5) <= kFarFromMiddle) {
-    return std::nullopt;
-  }
   std::ostringstream text;
+  if (std::abs(cx / width - 0.5) <= kFarFromMiddle && std::abs(cy / height - 0.5) <= kFarFromMiddle) {
+    const auto bent = pixelBentTooFar(*this);
+    if (!bent) return std::nullopt;
+    text << "the distortion coefficients leave nothing of the picture at pixel (" << bent->x() << ", "
+         << bent->y() << "), half-way to a corner: are they this camera's, and in the order of the model?";
+    return text.str();
+  }
   text << "the principal point (" << cx << ", " << cy << ") lies far from the middle of images of " << width
        << "x" << height << " px: is the calibration that of images of another size?";
   return text.str();

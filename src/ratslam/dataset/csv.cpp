@@ -8,10 +8,20 @@
 
 namespace ratslam {
 
+namespace {
+
+/// As spreadsheets write words.
+std::string unquoted(const std::string& word) {
+  const bool quoted = word.size() >= 2 && word.front() == '"' && word.back() == '"';
+  return quoted ? trimmed(word.substr(1, word.size() - 2)) : word;
+}
+
+}  // namespace
+
 std::vector<std::string> splitCsv(const std::string& line) {
   std::vector<std::string> words;
   std::istringstream stream(line);
-  for (std::string word; std::getline(stream, word, ',');) words.push_back(trimmed(word));
+  for (std::string word; std::getline(stream, word, ',');) words.push_back(unquoted(trimmed(word)));
   return words;
 }
 

@@ -252,7 +252,7 @@ std::vector<OdometrySample> readOdometryCsv(const std::string& path) {
   if (lines.empty()) throw std::runtime_error(path + ": is empty; its first line must name its columns");
   Columns columns(path, lines.front().text);
   const std::string hint =
-      lines.front().text.find(';') == std::string::npos ? "" : "; columns are parted by commas";
+      lines.front().text.find_first_of(";\t") == std::string::npos ? "" : "; columns are parted by commas";
   for (const char* name : {"stamp", "linear_x", "angular_z"}) {
     if (!columns.has(name)) columns.fail(std::string("has no column named ") + name + hint);
   }

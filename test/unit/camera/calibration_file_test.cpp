@@ -37,6 +37,18 @@ TEST(CalibrationFile, GivesTheCameraAndItsDistortionWhereThereIsOne) {
             1280);
 }
 
+TEST(CalibrationFile, CoefficientsThatNoLensHasAreDoubted) {
+  for (const char* real :
+       {"k1: -0.2\nk2: 0.05\n", "k1: -0.37\nk2: 0.2\np1: 0.001\nk3: -0.07\n", "k1: 0.3\n"}) {
+    EXPECT_FALSE(read(kWhole + real).doubt().has_value()) << real;
+  }
+  for (const char* none : {"k1: 9e9\n", "k1: -50\n", "k3: 1e9\n", "p1: 40\n"}) {
+    EXPECT_NE(read(kWhole + none).doubt().value_or("").find("distortion coefficients leave nothing"),
+              std::string::npos)
+        << none;
+  }
+}
+
 const std::string kRos =
     "image_width: 1280\nimage_height: 960\ncamera_name: phone\n"
     "camera_matrix: {rows: 3, cols: 3, data: [1000.5, 0, 640, 0, 1001, 480, 0, 0, 1]}\n"

@@ -239,6 +239,14 @@ TEST_F(FolderFormsTest, TheRegistryOpensWhatItsKindsRecogniseAndSaysWhatAFolderI
                   {"nowhere", "no such file or folder"});
 }
 
+TEST_F(FolderFormsTest, WordsOfACsvFileMayBeQuoted) {
+  write("o.csv", "\"frame\", \"stamp\" ,\"linear_x\",\"angular_z\"\n0,\"0\",1.5,0\n1,0.1,\"1.5\",0.2\n");
+  const auto samples = readOdometryCsv((folder_ / "o.csv").string());
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_EQ(samples[1].speed, 1.5);
+  EXPECT_EQ(samples[1].yaw_rate, 0.2);
+}
+
 TEST_F(FolderFormsTest, OdometryThatIsNoneIsNamed) {
   const auto refused = [&](const std::string& content, const std::vector<std::string>& words) {
     write("o.csv", content);
@@ -248,6 +256,8 @@ TEST_F(FolderFormsTest, OdometryThatIsNoneIsNamed) {
   refused("", {"o.csv: is empty"});
   refused(head, {"o.csv: names columns, but holds no odometry"});
   refused("frame;stamp;linear_x;angular_z\n0;0;1;1\n",
+          {"o.csv:1: has no column named stamp; columns are parted"});
+  refused("frame\tstamp\tlinear_x\tangular_z\n0\t0\t1\t1\n",
           {"o.csv:1: has no column named stamp; columns are parted"});
   refused(head + "0,9999999999,1,0\n", {"o.csv:2: column stamp: '9999999999' is not a time in seconds"});
   refused(head + "0,1600000000000000000,1,0\n", {"o.csv:2: column stamp", "time in seconds"});
