@@ -150,7 +150,7 @@ class EventGate {
       events_.push_back(next);
       if (!back) continue;
       if (!earlier_.empty()) {
-        startAnew(std::move(earlier_));
+        startAnew(earlier_);
       } else if (odometry_.cursor() > next.stamp) {
         held_until_ = odometry_.lastStamp();
       }
@@ -162,7 +162,8 @@ class EventGate {
     if (earlier_.size() > kMostEarlier) earlier_.pop_front();
   }
 
-  void startAnew(std::deque<OdometrySample> samples) {
+  /// @param samples  may be those that are kept for the new time
+  void startAnew(const std::deque<OdometrySample>& samples) {
     odometry_.reset();
     for (const OdometrySample& sample : samples) odometry_.push(sample);
     earlier_.clear();

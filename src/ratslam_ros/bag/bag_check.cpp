@@ -36,7 +36,7 @@ constexpr std::uint64_t kMostPacked = 1000;
 
 /// What a file is whose first bytes are not those of a bag.
 std::string whatElse(const std::string& begin) {
-  const std::string otherwise = "it does not begin with #ROSBAG V2.0";
+  std::string otherwise = "it does not begin with #ROSBAG V2.0";
   if (begin.rfind("\x89MCAP", 0) == 0) {
     return otherwise + " but as a bag of ROS 2; rosbags-convert makes one of ROS 1 of it";
   }
