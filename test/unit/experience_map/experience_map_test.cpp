@@ -65,6 +65,18 @@ TEST_P(SmallMap, LinksWhatTheRobotDrove) {
   EXPECT_EQ(map.currentExperience(), 3U);
 }
 
+/// Known ground that may not change: the recall places the robot as far ahead of the experience as the views tell.
+TEST_P(SmallMap, ARecallPlacesTheRobotAheadOfTheExperienceAndChangesNothing) {
+  map.setLearning(false);
+  RecallGeometry geometry;
+  geometry.ahead = 0.3;
+  map.integrate(5 * kSecond, motion(0.5));
+  map.apply(action(ActionKind::kCreateEdge, 3, 1), &geometry);
+  EXPECT_NEAR(map.robotPose().x, 2.3, 1e-9);
+  EXPECT_NEAR(map.robotPose().y, 0.0, 1e-9);
+  EXPECT_EQ(map.graph().links().size(), 3U);
+}
+
 TEST_P(SmallMap, RejectsActionsThatDoNotFitAndStaysAsItWas) {
   const std::uint64_t revision = map.revision();
   const double nan = std::numeric_limits<double>::quiet_NaN();
