@@ -56,7 +56,7 @@ def run(options, folder):
     if options.belief:
         trials.CONFIG.update({"vt_descriptor": "orientation", "vt_recall": "belief"})
     bag = os.path.join(folder, "town.bag")
-    subprocess.run([harness.executable("ratslam_town"), "--out", bag, *trials.TOWN], check=True, stdout=subprocess.DEVNULL)
+    harness.write_town(bag, *trials.TOWN)
     town = trials.Town(bag)
     undisturbed, failed, number = {}, 0, 0
     print("| killed | by | checkpoints | at frame | driven meanwhile [m] | lost [s] | error [m] | undisturbed | recalls, false |\n"
