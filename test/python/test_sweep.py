@@ -161,7 +161,10 @@ def test_sweep_goes_on_after_failures_and_says_so(program, tmp_path):
 def test_interrupted_sweep_keeps_what_is_done_and_only_that(program, tmp_path):
     words = sweep_words(program, tmp_path, "sleep=0,0.01,60,61")
     process = subprocess.Popen(
-        [sys.executable, os.path.join(SCRIPTS, "sweep"), *words], stderr=subprocess.PIPE
+        [sys.executable, os.path.join(SCRIPTS, "sweep"), *words],
+        stderr=subprocess.PIPE,
+        # Whoever was started in the background of a script ignores it, and so do its children.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     runs = tmp_path / "out" / "runs"
     deadline = time.monotonic() + 60
