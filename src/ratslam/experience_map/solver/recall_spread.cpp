@@ -6,6 +6,7 @@
 namespace ratslam {
 namespace {
 
+constexpr double kLeastSpacing = 1e-6;      // [m]: who has gone less far stood still
 constexpr std::size_t kLeastRecalls = 10;   // that teach anything
 constexpr double kFirstGuessCounts = 10.0;  // recalls
 constexpr double kMoreRecalls = 1.25;       // times as many as the last time
@@ -36,7 +37,7 @@ RecallSpread::RecallSpread(double place, double facing)
     : fixed_(place > 0.0), first_place_(place), first_facing_(facing) {}
 
 void RecallSpread::addSpacing(double length) {
-  if (fixed_ || !(length > 0.0)) return;
+  if (fixed_ || !(length > kLeastSpacing)) return;
   spacings_.push_back(length);
   if (static_cast<double>(spacings_.size()) < kMoreSpacings * static_cast<double>(counted_at_)) return;
   counted_at_ = spacings_.size();
