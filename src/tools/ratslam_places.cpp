@@ -160,7 +160,7 @@ class Places {
     Answer answer;
     if (end == 0 || !view.textured) return answer;
     pair_.matcher->compareAll(view, likeness_);
-    if (params_.believes()) {
+    if (params_.recall.believes()) {
       const auto claim = belief_.weigh(likeness_, end);
       if (claim) answer = {claim->place, claim->confidence, claim->confidence > PlaceBelief::kClaim};
       return answer;

@@ -86,8 +86,6 @@ struct LocalViewParams {
           "0: not known, recalls have the heading of then [deg]");
   }
 
-  bool believes() const { return recall.believes(); }
-
   /// Columns of the view that are compared at every shift.
   int comparedColumns() const {
     return panoramic ? view_template.x_size : view_template.x_size - 2 * shift_match;

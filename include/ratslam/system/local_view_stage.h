@@ -50,7 +50,7 @@ class LocalViewStage {
   GeometrySource geometrySource() const {
     return ratslam::geometrySource(cells_.params().recall, recall_params_);
   }
-  bool needsOdometry() const { return cells_.params().believes(); }
+  bool needsOdometry() const { return cells_.params().recall.believes(); }
 
   /// kTimeWentBack has already reset the stream; the sample that told so sets the clock anew.
   SampleVerdict addOdometry(const OdometrySample& sample);

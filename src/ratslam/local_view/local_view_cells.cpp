@@ -85,14 +85,14 @@ LocalViewCells::Candidate LocalViewCells::mostBelieved(const View& view) {
 
 ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& image,
                                   const ViewMotion& motion, RecallVerifier* verifier) {
-  if (params_.believes()) belief_.move(motion, noveltyOf(view));
+  if (params_.recall.believes()) belief_.move(motion, noveltyOf(view));
   if (!view.textured) {
     ViewEvent nothing;
     nothing.stamp = stamp;
     nothing.id = kNoView;
     return nothing;
   }
-  const Candidate candidate = params_.believes() ? mostBelieved(view) : nearest(view);
+  const Candidate candidate = params_.recall.believes() ? mostBelieved(view) : nearest(view);
   ViewEvent event;
   event.stamp = stamp;
   event.error = candidate.error;
@@ -119,7 +119,7 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& 
     event.learned = true;
     if (verifier != nullptr) verifier->learned(stamp, image, event.id);
   }
-  if (params_.believes() && event.seen()) belief_.arrive(event.id);
+  if (params_.recall.believes() && event.seen()) belief_.arrive(event.id);
   active_ = event.seen() ? std::optional<std::uint32_t>(event.id) : std::nullopt;
   geometry_ = geometry;
   view_image_ = pair_.matcher->picture(view);

@@ -163,10 +163,11 @@ ViewObservation LocalViewStage::process(const WaitingView& waiting) {
                          ? recall_check_->observe(cells_, waiting.stamp, waiting.view, waiting.image, motion)
                          : cells_.observe(waiting.stamp, waiting.view, waiting.image, motion);
   if (geometrySource() == GeometrySource::kNone) return observation;
-  observation.geometry.emplace();
-  if (waiting.view.textured) observation.geometry = cells_.recallGeometry().value_or(RecallGeometry{});
-  observation.geometry->stamp = waiting.stamp;
-  observation.geometry->view_id = observation.view.id;
+  RecallGeometry geometry;
+  if (waiting.view.textured) geometry = cells_.recallGeometry().value_or(geometry);
+  geometry.stamp = waiting.stamp;
+  geometry.view_id = observation.view.id;
+  observation.geometry = geometry;
   return observation;
 }
 

@@ -58,7 +58,7 @@ struct Stages {
   Stages(const PipelineParams& params, const State& state)
       : local_view(params.local_view, params.recall_geometry, patient()),
         pose_cells(params.pose_cells, patient()),
-        map(params.experience_map, GeometrySource::kNone, patient()) {
+        map(params.experience_map, local_view.geometrySource(), patient()) {
     local_view.load(state.child("local_view"));
     pose_cells.load(state.child("pose_cells"));
     map.load(state.child("experience_map"));
@@ -299,10 +299,9 @@ class Replay {
           here.pose.yaw - other_.map.map().graph().pose(experience).yaw + there->relative_rad;
       event.relative_rad = wrapAngle(event.relative_rad + turned);
     }
-    if (std::optional<RecallGeometry> geometry = cells.recallGeometry()) {
-      geometry->stamp = event.stamp;
-      known_.map.addGeometry(*geometry);
-    }
+    RecallGeometry geometry = cells.recallGeometry().value_or(RecallGeometry{});
+    geometry.stamp = event.stamp;
+    known_.map.addGeometry(geometry);
     known_.pose_cells.addView(event);
     for (const PoseCellDecision& decision : known_.pose_cells.drain())
       known_.map.addDecision(decision.action);

@@ -92,7 +92,7 @@ cv::Mat drawLocalView(const cv::Mat& image, const ViewEvent& view, const cv::Mat
 cv::Mat drawLocalView(const cv::Mat& image, const ViewEvent& view, const LocalViewCells& cells,
                       const cv::Size& size) {
   const cv::Mat active = view.seen() ? cells.templateImage(view.id) : cv::Mat();
-  if (!cells.params().believes()) return drawLocalView(image, view, cells.viewImage(), active, size);
+  if (!cells.params().recall.believes()) return drawLocalView(image, view, cells.viewImage(), active, size);
   const int views_height = size.height - kBeliefHeight - kTitle;
   cv::Mat picture(size, CV_8UC3, kPaper);
   drawLocalView(image, view, cells.viewImage(), active, {size.width, views_height})

@@ -1,32 +1,34 @@
 /// Where among the learned places the robot may be: a belief that odometry moves along the ways driven and
-/// each view weighs, with "a place not yet known" as one of the possibilities.
+/// each view weighs. One of the possibilities is a place that is not yet known.
 ///
 /// For each view:
-///   1. Move. A place is the stretch of the way from where it was learned to where the next one was: who
-///      stood still there then may do so now. It hands its belief on along its links by the way driven since
-///      the last view, which may be 0.4 of itself longer or shorter than then, or more where the odometry says
-///      so (on a chain with one step a place 0.1 stays, 0.8 goes to the next, 0.1 to the next but one). What
-///      would leave the links, and a two-thousandth of all else, less where the view is the same, goes to the place
-///      not yet known. Places learned just now are no way on: whoever is there is at a place not yet known.
-///   2. Anywhere. A share of 1e-4 of what is not yet known may be at any learned place: only those that look
-///      most like the view are followed.
-///   3. Odometry's veto. Dead reckoning excludes places farther off than 4 standard deviations of what it may
-///      have drifted since they were last visited: that is what tells identical houses in a row apart. So it does
-///      places where a camera that looks ahead faced elsewhere: the same houses round the corner. No odometry, and one
-///      that has started anew, excludes nothing.
-///   4. Weigh. Belief times exp(0.7 n z), z being the likeness standardised over all places; a place not yet
-///      known counts as z = 2.5, but as 0.8 where no odometry measures the way and for who was at a known place
-///      just now. n, from 0 to 1, is how much of the view the last one did not tell: of two views that are alike
-///      the second is no further evidence, and a chance likeness of distant places does not add up while it lasts.
-///      Where dead reckoning does not know the way from a place, or does not say how well, a likeness beyond chance
-///      counts for more, n (z - 6)^2: recalls are to come soon. Where it does there is time until the place is seen
-///      from where it was learned. How far the view is moved sideways (the lane) is believed in the same way and
-///      changes slowly; the lane of then is the likeliest at first.
+///   1. Move (move). A place stands for the stretch of way from where it was learned to where the next one was: the
+///      robot may be anywhere on it. Its belief goes on along its links by the way driven since the last view. That way
+///      may be longer or shorter than the one driven then by 0.4 of itself, or by more if the odometry says so. On a
+///      chain with one step a place, 0.1 of the belief stays, 0.8 goes to the next place and 0.1 to the one after it.
+///      Belief that would leave the links goes to the place not yet known, and so does a two-thousandth of all other
+///      belief (less where the view has not changed). Places learned just now lead nowhere: whoever is there is at a
+///      place not yet known.
+///   2. Begin anywhere (seed). Of the belief in a place not yet known, a share of 1e-4 is spread over the learned
+///      places; only those that look most like the view are followed.
+///   3. Veto of odometry (excluded). A place is excluded if dead reckoning puts the robot farther from it than 4
+///      standard deviations of the drift since its last visit. This tells identical houses in a row apart. With a
+///      camera that looks ahead, a place is also excluded if the robot faced another way there. Nothing is excluded
+///      without odometry, or across a break of it.
+///   4. Weigh (weigh). z is the likeness of a place, standardised over all places. Belief in the place is multiplied by
+///      exp(0.7 n z); belief in a place not yet known as if its z were 2.5, or 0.8 if no odometry measures the way or
+///      the robot was at a known place one view ago. n, from 0 to 1, is the share of the view that the last view did not
+///      show: of two equal views the second is no further evidence, so a chance likeness does not add up.
+///      If dead reckoning does not vouch for the way from the place (deadReckoningKnows), a likeness beyond chance
+///      counts for more, by n (z - 6)^2, so that a recall comes soon; if it does, there is time to wait until the place
+///      is seen from where it was learned.
+///      The sideways shift of the view (the lane) is believed in the same way. It changes slowly, and the lane in
+///      which the place was learned is the likeliest at first.
 ///
-/// A place is claimed where it and what lies within 2 links of it hold more than 0.99 of the belief. Who was at a known
-/// place and goes on from it to the next is there as soon as all known places together hold as much, if the odometry says
-/// how well it knows its way; though another may be believed in up to twenty times as much, which has been learned where
-/// this one lies, on another way.
+/// A place is claimed if it and the places within 2 links of it hold more than 0.99 of the belief. A robot that goes on
+/// from a known place to the next is there as soon as all known places together hold that much, if the odometry says
+/// how well it knows its way. Then another place may hold up to twenty times as much: places of one road that were
+/// learned twice share the belief.
 #pragma once
 
 #include <cstdint>
@@ -66,7 +68,7 @@ struct PlaceClaim {
   std::uint32_t place = 0;
   double confidence = 0.0;  ///< belief at it, within 2 links of it, and at what is hardly told apart from it
   /// How far ahead of the place, on the way that was driven then, by the views learned before and after it [m]; 0 where
-  /// they do not tell, or the motion is not measured.
+  /// they do not tell, the motion is not measured, or the confidence is not above kClaim.
   double ahead = 0.0;
   /// Of each variant of the view, how like the place it looks against the others; they sum to 1.
   std::vector<double> variant_weights;
@@ -146,6 +148,7 @@ class PlaceBelief {
   static Spread spreadOf(const ViewLikeness& likeness);
   bool atKnownPlace() const { return at_ && !at_new_; }  // when it saw the last view
   bool excluded(std::uint32_t place) const;
+  bool wayIsMeasured(std::uint32_t place) const;
   bool deadReckoningKnows(std::uint32_t place) const;
   std::optional<PlaceMass> onTheWay() const;
   double massOf(std::uint32_t place) const;

@@ -153,8 +153,8 @@ void PlaceBelief::collect(std::size_t places) {
 }
 
 bool PlaceBelief::excluded(std::uint32_t place) const {
+  if (!wayIsMeasured(place)) return false;
   const PlaceVisit& then = graph_.lastVisit(place);
-  if (!measured_ || then.epoch != here_.epoch) return false;
   if (!all_round_ && facesElsewhere(then)) return true;
   const double way = here_.way - then.way;
   const double said = here_.forward_variance - static_cast<double>(then.forward_variance) +
@@ -276,10 +276,14 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
   return claim(likeness, spread);
 }
 
-/// Whether dead reckoning knows the way from a place's last visit until now, and says how well.
+/// Whether odometry has measured the way from a place's last visit until now without a break.
+bool PlaceBelief::wayIsMeasured(std::uint32_t place) const {
+  return measured_ && graph_.lastVisit(place).epoch == here_.epoch;
+}
+
+/// Whether it has, and says how well.
 bool PlaceBelief::deadReckoningKnows(std::uint32_t place) const {
-  const bool said = here_.forward_variance > 0.0 && here_.yaw_variance > 0.0;
-  return said && measured_ && graph_.lastVisit(place).epoch == here_.epoch;
+  return here_.forward_variance > 0.0 && here_.yaw_variance > 0.0 && wayIsMeasured(place);
 }
 
 void PlaceBelief::arrive(std::uint32_t place) {

@@ -1,6 +1,7 @@
 // What a belief over places claims.
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "ratslam/local_view/recall/along_way.h"
 #include "ratslam/local_view/recall/place_belief.h"
@@ -30,7 +31,7 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
     claim.place = next->place;
     claim.confidence = std::max(claim.confidence, 1.0 - unknown_);
   }
-  if (measured_) claim.ahead = aheadOf(claim.place, likeness);
+  if (measured_ && claim.confidence > kClaim) claim.ahead = aheadOf(claim.place, likeness);
   double sum = 0.0;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
     const double z = spread.standardised(likeness.row(v)[claim.place]);
@@ -67,11 +68,11 @@ double PlaceBelief::aheadOf(std::uint32_t place, const ViewLikeness& likeness) c
     return sum;
   };
   PlaceAhead likest{place, 0.0};
-  const auto [behind, beyond] = neighbours(place);
-  for (const auto& next : {behind, beyond}) {
+  auto [before, after] = neighbours(place);
+  for (const auto& next : {before, after}) {
     if (next && believed(next->place) > believed(likest.place)) likest = *next;
   }
-  const auto [before, after] = neighbours(likest.place);
+  if (likest.place != place) std::tie(before, after) = neighbours(likest.place);
   if (!before || !after) return 0.0;
   return likest.distance + likestBetween({before->distance, believed(before->place)}, believed(likest.place),
                                          {after->distance, believed(after->place)});
