@@ -1,4 +1,4 @@
-/// Options of `ratslam_town`, described once: the command line, its checks and its help come from here.
+/// Options of `ratslam_town`. The command line, its checks and its help are derived from visitFields().
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace ratslam {
 
 struct TownOptions {
-  std::string out;               ///< a folder, or what the sink takes
+  std::string out;               ///< folder or bag file that the sink writes
   std::string layout = "kitti";  ///< kitti or recorder
   int frames = -1;               ///< -1: 600, or all poses of the trajectory
   int seed = 1;
@@ -25,15 +25,15 @@ struct TownOptions {
   bool identical_houses = false;
   double noise = 0.0;  ///< standard deviation [grey values]
   int moving_cars = 0;
-  std::vector<double>
-      wheel_noise;  ///< scale error, sigma speed [m/s], sigma yaw rate [rad/s]; empty: no odometry
-  std::vector<double>
-      wheel_slip;  ///< sigma of the speed as share of it, of the turn a metre [deg]; empty: none
-  bool wheel_covariance = false;  ///< the wheel odometry says how wrong it is
+  /// Scale error, sigma of speed [m/s], sigma of yaw rate [rad/s]; empty: none.
+  std::vector<double> wheel_noise;
+  /// Sigma of speed / speed, sigma of the turn per metre [deg]; empty: none.
+  std::vector<double> wheel_slip;
+  bool wheel_covariance = false;  ///< the wheel odometry states its covariance
   double gps_noise = 0.0;         ///< standard deviation per axis [m]
-  std::vector<double> origin{49.0336, 8.3949,
-                             112.0};  ///< latitude, longitude [deg], height [m] of the first pose
-  double start = 1600000000.0;        ///< Unix time of the first frame where stamps are absolute [s]
+  /// Latitude, longitude [deg], height [m] of the first pose.
+  std::vector<double> origin{49.0336, 8.3949, 112.0};
+  double start = 1600000000.0;  ///< Unix time of the first frame where stamps are absolute [s]
   int threads = 1;
 
   template <class Visitor>
@@ -42,29 +42,29 @@ struct TownOptions {
     visit("layout", layout, Bounds{},
           "kitti: image_0, times.txt, calib.txt, poses.txt; recorder: Android data set recorder");
     visit("frames", frames, Bounds{-1, 1e6}, "frames to render; -1: 600, or the whole trajectory");
-    visit("seed", seed, Bounds{0, 2147483647}, "of town, traffic and noise");
+    visit("seed", seed, Bounds{0, 2147483647}, "seed of the random numbers for town, traffic and noise");
     visit("trajectory", trajectory, Bounds{},
-          "file of KITTI poses to drive along; the town is built along it");
+          "file of KITTI poses to drive along; the town is built along them");
     visit("times", times, Bounds{}, "file with the times of the trajectory's poses [s]; without it 10 Hz");
-    visit("size", size, Bounds{}, "of the images, WxH [px]");
+    visit("size", size, Bounds{}, "size of the images, WxH [px]");
     visit("calibration", calibration, Bounds{}, "fx,fy,cx,cy [px]; without it KITTI's, scaled to the size");
     visit("distortion", distortion, Bounds{}, "k1,k2,p1,p2,k3 of the lens (plumb bob)");
     visit("jpeg_quality", jpeg_quality, Bounds{0, 100},
           "write JPEG of this quality; 0: PNG (recorder layout: JPEG 90)");
     visit("exposure", exposure, Bounds{}, "let the exposure drift and jump");
     visit("other_light_after", other_light_after, Bounds{-1, 1e6},
-          "seconds after which the light is another one: darker, and from the side; -1: never");
+          "time after which the light changes: darker, and from the side [s]; -1: never");
     visit("identical_houses", identical_houses, Bounds{},
-          "one house again and again, every 12 m, and nothing else beside the road");
+          "repeat one house every 12 m, with nothing else beside the road");
     visit("noise", noise, Bounds{0, 100}, "standard deviation of pixel noise [grey values]");
     visit("moving_cars", moving_cars, Bounds{0, 10000},
-          "cars under way: oncoming ones, every fourth in front");
+          "moving cars: every fourth drives in front, the others come towards the camera");
     visit("wheel_noise", wheel_noise, Bounds{},
-          "scale error,sigma of speed [m/s],sigma of yaw rate [rad/s]: also give wheel odometry");
+          "scale error,sigma of speed [m/s],sigma of yaw rate [rad/s]: write wheel odometry with this noise");
     visit("wheel_slip", wheel_slip, Bounds{},
-          "sigma of the speed as share of it,sigma of the turn [deg] a metre: also give wheel odometry");
+          "sigma of speed / speed,sigma of the turn per metre [deg]: write wheel odometry with this slip");
     visit("wheel_covariance", wheel_covariance, Bounds{},
-          "let the wheel odometry say its covariance, the scale error included");
+          "write the covariance of the wheel odometry, the scale error included");
     visit("gps_noise", gps_noise, Bounds{0, 1000}, "standard deviation of GPS fixes per axis [m]");
     visit("origin", origin, Bounds{}, "latitude,longitude [deg],height [m] of the first pose");
     visit("start", start, Bounds{1, 4e9}, "Unix time of the first frame where stamps are absolute [s]");
@@ -77,12 +77,12 @@ struct TownOptions {
   TownCamera camera() const;
 };
 
-/// Reads a command line: `--name value` or `--name=value`; in names - and _ are the same; a bool needs no
+/// Reads a command line of `--name value` or `--name=value`. In names - and _ are the same. A bool needs no
 /// value.
 /// @throws std::invalid_argument for unknown names, missing or malformed values, and as validate().
 TownOptions parseTownOptions(const std::vector<std::string>& arguments);
 
-/// Help: one line an option with its default.
+/// Text of the help: one line per option, with its default.
 std::string townUsage();
 
 }  // namespace ratslam

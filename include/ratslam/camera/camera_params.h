@@ -26,11 +26,12 @@ struct CameraParams {
     visit("camera_height_px", height, Bounds{0, 65535}, "calibrated image height [px]");
     visit("camera_fx", fx, Bounds{0, 1e6}, "focal length along x [px]; 0: no calibration is given");
     visit("camera_fy", fy, Bounds{0, 1e6}, "focal length along y [px]");
-    visit("camera_cx", cx, Bounds{-1e6, 1e6}, "principal point [px]");
-    visit("camera_cy", cy, Bounds{-1e6, 1e6}, "principal point [px]");
+    visit("camera_cx", cx, Bounds{-1e6, 1e6}, "x of the principal point [px]");
+    visit("camera_cy", cy, Bounds{-1e6, 1e6}, "y of the principal point [px]");
     visit("camera_distortion_model", distortion_model, Bounds{},
           "plumb_bob, rational_polynomial or equidistant");
-    visit("camera_distortion", distortion, Bounds{}, "its coefficients, in OpenCV's order");
+    visit("camera_distortion", distortion, Bounds{},
+          "coefficients of the distortion model, in OpenCV's order");
   }
 
   /// @throws std::invalid_argument naming key, value and requirement

@@ -1,9 +1,8 @@
-/// Parameters of the experience map: OpenRatSLAM's, those of the weighted graph, and those of the goal
-/// planner.
+/// Parameters of the experience map: OpenRatSLAM's keys, those of the weighted graph and of the goal planner.
 ///
-/// Lengths are in the unit of the odometry, metres for a metric one. `exp_recall_sigma` is the length of "the
-/// same place", by default learned; the random walks of an odometry that does not say how well it knows its
-/// motion are stated per square root of that length, so that a small robot needs no other values.
+/// Lengths are in the unit of the odometry: metres if the odometry is metric. `exp_recall_sigma` is the size of
+/// "the same place"; by default it is learned. An odometry without covariance gets random walks that are stated
+/// per square root of that length. Thus a small robot needs no other values.
 #pragma once
 
 #include <string>
@@ -34,30 +33,30 @@ struct ExperienceMapParams {
     visit("exp_correction", exp_correction, Bounds{0.0, 0.5},
           "relaxation: share of a link's disagreement by which a sweep moves each end");
     visit("exp_loops", exp_loops, Bounds{0, 100000}, "relaxation: sweeps over all links after each action");
-    visit("exp_initial_em_deg", exp_initial_em_deg, Bounds{-360.0, 360.0}, "facing at the start [deg]");
+    visit("exp_initial_em_deg", exp_initial_em_deg, Bounds{-360.0, 360.0}, "heading at the start [deg]");
     visit("exp_solver", exp_solver, Bounds{},
-          "graph: weighted links, solved to the optimum; relaxation: OpenRatSLAM's sweeps");
-    visit("exp_scale", exp_scale, Bounds{}, "graph: experiences carry the scale of the odometry");
-    visit("exp_height", exp_height, Bounds{}, "graph: experiences carry height");
+          "graph: least squares over weighted links; relaxation: OpenRatSLAM's sweeps");
+    visit("exp_scale", exp_scale, Bounds{}, "graph: estimate the odometry's scale at each experience");
+    visit("exp_height", exp_height, Bounds{}, "graph: estimate the height of each experience");
     visit("exp_recall_sigma", exp_recall_sigma, Bounds{0.0, 1e6},
-          "graph: distance at which two places still look the same, one standard deviation [m]; 0: learned "
-          "from "
+          "graph: standard deviation of the distance between two views that match [m]; 0: learned from "
           "the spacing of the experiences and from how far recalls agree");
     visit("exp_recall_facing_sigma", exp_recall_facing_sigma, Bounds{1e-4, 10.0},
           "graph: standard deviation of the heading of a recall without image geometry [rad]");
     visit("exp_recall_kernel", exp_recall_kernel, Bounds{0.1, 1e6},
-          "graph: disagreement, in standard deviations, from which on a recall is doubted");
+          "graph: residual above which a recall loses weight as an outlier [standard deviations]");
     visit("exp_odometry_sigma", exp_odometry_sigma, Bounds{1e-6, 10.0},
-          "graph: relative error of the odometry's distance over a stretch of one exp_recall_sigma, where it "
-          "does not say itself");
+          "graph: relative error of the odometry's distance over a stretch of one exp_recall_sigma, for an "
+          "odometry without covariance");
     visit("exp_rotation_sigma", exp_rotation_sigma, Bounds{1e-7, 10.0},
-          "graph: error of the odometry's heading over a stretch of one exp_recall_sigma, where it does not "
-          "say itself [rad]");
+          "graph: error of the odometry's heading over a stretch of one exp_recall_sigma, for an odometry "
+          "without covariance [rad]");
     visit("exp_scale_sigma", exp_scale_sigma, Bounds{1e-9, 10.0},
-          "graph: change of the odometry's log-scale over a stretch of one exp_recall_sigma, where it does "
-          "not say itself");
-    visit("exp_trajectory_poses", exp_trajectory_poses, Bounds{0, 1'000'000'000},
-          "poses that are kept of the robot's path; a longer one is thinned, its shape kept; 0: all");
+          "graph: change of the odometry's log-scale over a stretch of one exp_recall_sigma, for an odometry "
+          "that does not state it");
+    visit(
+        "exp_trajectory_poses", exp_trajectory_poses, Bounds{0, 1'000'000'000},
+        "most poses kept of the robot's path; a longer path is thinned and keeps its shape; 0: all are kept");
     visit("exp_goal_radius", exp_goal_radius, Bounds{0.0, 1e9},
           "greatest distance of a goal from the nearest experience [m]");
     visit("exp_goal_timeout", exp_goal_timeout, Bounds{0.0, 1e9}, "time allowed for reaching a goal [s]");

@@ -39,15 +39,16 @@ struct TemplateParams {
   void validate() const;
 };
 
-/// What recalls a view.
+/// Which method recalls a view.
 struct ViewRecallParams {
   std::string kind = "nearest";
 
   template <class Visitor>
   void visitFields(Visitor&& visit) {
-    visit("vt_recall", kind, Bounds{},
-          "nearest: the view most like this one; belief: the place that odometry and the views before make "
-          "likely");
+    visit(
+        "vt_recall", kind, Bounds{},
+        "nearest: recall the most similar template; belief: recall the place that odometry and the views so "
+        "far make most likely");
   }
   bool believes() const { return kind == "belief"; }
 
@@ -71,22 +72,23 @@ struct LocalViewParams {
   void visitFields(Visitor&& visit) {
     view_template.visitFields(visit);
     visit("vt_match_threshold", match_threshold, Bounds{0, 1},
-          "largest mean difference of a recalled template");
+          "blocks: largest mean difference between a view and the template it recalls");
     visit("vt_shift_match", shift_match, Bounds{0, 1024},
           "largest shift to either side of a forward camera's view [template columns]");
     visit("vt_step_match", step_match, Bounds{1, 1024}, "step between compared shifts [template columns]");
-    visit("vt_panoramic", panoramic, Bounds{0, 1}, "the columns of the image close into a circle");
-    visit("vt_descriptor", descriptor, Bounds{}, "what is compared: blocks (grey), orientation (of edges)");
+    visit("vt_panoramic", panoramic, Bounds{0, 1},
+          "the image goes all round: its last column adjoins its first");
+    visit("vt_descriptor", descriptor, Bounds{},
+          "what is compared: blocks (grey values) or orientation (of edges)");
     recall.visitFields(visit);
     visit("vt_orientation_threshold", orientation_threshold, Bounds{0, 2},
-          "orientation: largest error (1 - cosine) of two views of one place");
+          "orientation: largest error (1 - cosine) between two views of one place");
     visit("vt_view_angle_deg", view_angle_deg, Bounds{0, 175},
-          "orientation: horizontal angle that the crop of a forward camera sees, which makes headings of "
-          "shifts; "
-          "0: not known, recalls have the heading of then [deg]");
+          "orientation: horizontal angle that the crop of a forward camera sees; it turns a shift into a "
+          "heading [deg]; 0: unknown, a recall has the heading of its template");
   }
 
-  /// Columns of the view that are compared at every shift.
+  /// Columns of the view that take part in the comparison at every shift.
   int comparedColumns() const {
     return panoramic ? view_template.x_size : view_template.x_size - 2 * shift_match;
   }
@@ -94,7 +96,7 @@ struct LocalViewParams {
   /// Number of shifts compared; shift number i is i * step_match columns.
   int shiftCount() const { return (panoramic ? view_template.x_size - 1 : 2 * shift_match) / step_match + 1; }
 
-  /// Largest difference of the means of two templates that are compared at all.
+  /// Two templates are compared only if their means differ by at most this.
   double meanGate() const { return match_threshold + 0.005; }
 
   /// @throws std::invalid_argument naming key, value and requirement.

@@ -31,10 +31,10 @@ struct OdometryStreamParams {
   template <class Visitor>
   void visitFields(Visitor&& visit) {
     visit("odometry_gap", odometry_gap, Bounds{1e-3, 1e6},
-          "silence of the odometry from which on nobody has measured the motion [s]");
+          "time without odometry after which the motion counts as unmeasured [s]");
     visit("odometry_reset", time_reset, Bounds{1e-3, 1e6},
-          "odometry and views whose stamps step back by less are late and left out, by more a new beginning "
-          "[s]");
+          "a stamp of odometry or a view that steps back by less is late and left out; by more, time begins "
+          "anew [s]");
   }
   /// @throws std::invalid_argument naming key, value and bound
   void validate() const { checkBounds(*this); }

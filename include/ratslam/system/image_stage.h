@@ -1,16 +1,15 @@
-/// Everything that can be wrong with a stream of images, in one place for the nodes and the offline runner.
+/// Checks a stream of images. The nodes and the offline runner share these checks and their messages.
 ///
-/// In order of their coming, each image is either handed on as an ImageFrame or left out, and what was wrong
-/// is counted and told in one wording:
-///   - bytes that give no image (image_decoding.h), and images the models cannot use, are left out;
-///   - an image of another size than those before is left out, unless more images in a row have the new size
-///     than were used before: then the stream begins anew with it (so one odd image at the start costs two);
-///   - a stamp that lies back by less than time_reset is a late image and left out; further back, time begins
-///     anew; the stamp of the image before, or a stamp of zero among others, are no stamps: left out;
-///   - an image with exactly the pixels of the one before is handed on as frozen, one without texture as
-///     blank;
+/// The stage takes the images in order. It hands each one on as an ImageFrame or leaves it out. Each fault is
+/// counted and reported:
+///   - Bytes that give no image (image_decoding.h) and images that a model refuses are left out.
+///   - An image of another size than those before is left out. But once more images in a row have the new size
+///     than had the old one, the stream begins anew (so one odd image at the start costs two).
+///   - A stamp that steps back by less than time_reset is late: the image is left out. If it steps back by
+///     more, time begins anew. A repeated stamp, or a stamp of zero among others, is left out.
+///   - An image with exactly the pixels of the one before is handed on as frozen, one without texture as blank.
 ///   - 16-bit images that use fewer bits (12-bit sensors) are scaled up to 16.
-/// What is handed on depends on the images so far alone.
+/// The result depends only on the images so far.
 #pragma once
 
 #include <array>
@@ -37,11 +36,11 @@ struct ImageStageParams {
   template <class Visitor>
   void visitFields(Visitor&& visit) {
     visit("time_reset", time_reset, Bounds{0.0, 1e6},
-          "an image whose stamp lies back by less is late and left out; further back, time begins anew [s]");
+          "a stamp of an image that steps back by less is late and left out; by more, time begins anew [s]");
     visit("image_max_pixels", image_max_pixels, Bounds{1, 1e9},
           "images of more pixels are left out before they are decoded");
     visit("image_bits", image_bits, Bounds{0, 16},
-          "significant bits of 16-bit images; 0: told by the images themselves");
+          "significant bits of 16-bit images; 0: found from the images' values");
   }
   /// @throws std::invalid_argument naming key, value and bound
   void validate() const { checkBounds(*this); }
@@ -49,7 +48,7 @@ struct ImageStageParams {
   ImageLimits limits() const { return {image_max_pixels}; }
 };
 
-/// What may be said about an image.
+/// Faults that the stage counts and reports.
 enum class ImageEvent : std::uint8_t {
   kUnreadable = 0,
   kOtherSize,
@@ -64,7 +63,7 @@ enum class ImageEvent : std::uint8_t {
 };
 constexpr std::size_t kImageEvents = 10;
 
-/// How many images came, were handed on, and what was said about how many.
+/// Numbers of images that came, that were used, and of each fault.
 struct ImageCounts {
   std::size_t images = 0;
   std::size_t used = 0;
@@ -79,16 +78,16 @@ struct ImageCounts {
 
 class ImageStage {
  public:
-  /// Gets one line about an image; the same event may come with every image.
+  /// Receives one line about an image. The same event may be reported for every image.
   using Tell = std::function<void(ImageEvent, const std::string&)>;
 
   /// @throws std::invalid_argument for bad parameters
   ImageStage(const ImageStageParams& params, Tell tell);
 
-  /// The next image. @return none where it is left out
+  /// Takes the next image. @return none if it is left out
   std::optional<ImageFrame> add(const DecodedImage& image);
 
-  /// To be called where a model cannot use a frame that was handed on.
+  /// To be called if a model refuses a frame that was handed on.
   void refused(const std::string& name, const std::string& why);
 
   const ImageCounts& counts() const { return counts_; }
@@ -112,7 +111,7 @@ class ImageStage {
   std::size_t used_of_size_ = 0;  ///< images handed on since the size was set
   cv::Size other_size_;           ///< of the images just left out
   std::size_t others_in_a_row_ = 0;
-  bool begins_anew_ = false;  ///< the next frame handed on does
+  bool begins_anew_ = false;  ///< the next frame handed on begins the stream anew
   cv::Mat last_;              ///< pixels of the last frame
   int bits_ = 0;              ///< significant ones of 16-bit images, 0 before one is known
 };

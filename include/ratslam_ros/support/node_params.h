@@ -1,7 +1,7 @@
-/// Parameters that belong to ROS and not to a model: topics, frames, queues, waiting, output files.
+/// Parameters that belong to ROS and not to a model: topics, frames, queues, timeouts, output files.
 ///
-/// All nodes read one shared configuration, so one struct describes these keys for all of them; the keys of
-/// the models come from the models' own structs.
+/// All nodes read one shared configuration. So one struct describes these keys for all nodes; the structs of
+/// the models describe the models' keys.
 #pragma once
 
 #include <string>
@@ -11,10 +11,10 @@
 namespace ratslam {
 
 struct NodeParams {
-  std::string topic_root;  ///< namespace of the data set, in any of the forms irat_red, /newcollege/
+  std::string topic_root;  ///< namespace of the data set, with or without outer slashes
   std::string image_transport = "raw";
   std::string stamp_source = "header";
-  int image_queue_size = 2;   ///< images, 0 for no bound
+  int image_queue_size = 2;   ///< [images]; 0: no bound
   double sync_timeout = 5.0;  ///< [s] of wall time
   int wait_for_subscribers = 0;
   bool publish_tf = true;
@@ -33,7 +33,7 @@ struct NodeParams {
   template <class Visitor>
   void visitFields(Visitor&& visit) {
     const Bounds any;
-    visit("topic_root", topic_root, any, "namespace of the data set's topics; empty: the node's own");
+    visit("topic_root", topic_root, any, "namespace of the data set's topics; empty: the node's namespace");
     visit("image_transport", image_transport, any,
           "raw, or compressed (decoded by the node, no plugin needed)");
     visit("stamp_source", stamp_source, any,
@@ -42,24 +42,25 @@ struct NodeParams {
     visit("image_queue_size", image_queue_size, Bounds{0, 1000000},
           "images that may wait; the oldest are dropped, counted and reported; 0: no bound");
     visit("sync_timeout", sync_timeout, Bounds{0.01, 3600.0},
-          "wall time after which a waiting stream goes on without a silent one [s]");
+          "wall time after which an input no longer waits for another that is silent [s]");
     visit("wait_for_subscribers", wait_for_subscribers, Bounds{0, 1000},
           "listen to inputs only once every output has this many subscribers (gives up after 15 s)");
     visit("publish_tf", publish_tf, any,
           "broadcast map -> odom (ratslam_em) or odom -> base_link (odometries)");
-    visit("map_frame", map_frame, any,
-          "frame of the map; empty: messages name none, as OpenRatSLAM's scripts expect, and there is no "
-          "transform");
+    visit(
+        "map_frame", map_frame, any,
+        "frame of the map; empty: messages name no frame, as OpenRatSLAM's scripts expect, and no transform "
+        "is broadcast");
     visit("odom_frame", odom_frame, any,
-          "frame of the odometry; empty: as an external odometry's messages say, and odom for ours");
+          "frame of the odometry; empty: that of an external odometry's messages, odom for ours");
     visit("base_frame", base_frame, any, "frame of the robot");
     visit("map_period", map_period, Bounds{0.0, 3600.0},
-          "a changed map is published at most every so often, in wall time [s]");
+          "least time between two publications of a changed map, in wall time [s]");
     visit("map_line_width", map_line_width, Bounds{1e-6, 1e6},
           "width of the links in ExperienceMap/MapMarker [m]");
     visit("decision_source", decision_source, any,
           "what the map follows: state (PoseCell/State), action (PoseCell/TopologicalAction) or auto "
-          "(state where somebody publishes it)");
+          "(state where it is published)");
     visit("trajectory_file", trajectory_file, any,
           "write trajectories here on shutdown: FILE_online.tum and FILE_final.tum; empty: none");
     visit("trajectory_format", trajectory_format, any, "tum or kitti");
@@ -69,10 +70,10 @@ struct NodeParams {
     visit("autosave_period", autosave_period, Bounds{0.1, 86400.0},
           "time between checkpoints, in message time [s]");
     visit("localise_only", localise_only, any,
-          "nothing is learned and map_dir stays as it is: the robot only finds its place in the map");
+          "learn nothing and leave map_dir as it is: only localise in the map");
   }
 
-  /// Frame of an odometry whose messages name `in_messages`, which may be empty.
+  /// Frame of the odometry. @param in_messages frame that the odometry's messages name; may be empty
   std::string odomFrame(const std::string& in_messages = "") const;
 
   /// @throws std::invalid_argument naming key, value and what is allowed

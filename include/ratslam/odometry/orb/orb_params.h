@@ -48,48 +48,56 @@ struct OrbOdometryParams {
     visit("orb_fast_threshold", fast_threshold, Bounds{1, 255}, "corner threshold [grey levels]");
     visit("orb_fast_min_threshold", fast_min_threshold, Bounds{1, 255},
           "corner threshold where a grid cell has no stronger corner [grey levels]");
-    visit("camera_height", camera_height, Bounds{0.0, 100.0}, "camera above the road [m]; 0 = unknown");
+    visit("camera_height", camera_height, Bounds{0.0, 100.0},
+          "height of the camera above the road [m]; 0: unknown");
     visit("orb_ground_plane", ground_plane, Bounds{},
-          "hold the scale by the road plane; without camera_height it holds the scale of the start");
+          "correct scale drift by the road plane; without camera_height the scale at the start is kept");
     visit("camera_pitch_deg", camera_pitch_deg, Bounds{-60.0, 60.0},
-          "camera looking down by this much [deg]");
+          "angle by which the camera looks down [deg]");
     visit("camera_roll_deg", camera_roll_deg, Bounds{-180.0, 180.0},
-          "camera turned clockwise about where it looks [deg]");
+          "angle by which the camera is turned clockwise about its optical axis [deg]");
     visit("camera_yaw_deg", camera_yaw_deg, Bounds{-180.0, 180.0},
-          "camera looking to the left by this much [deg]");
-    visit("camera_x", camera_x, Bounds{-100.0, 100.0}, "camera in base_link, forward [m]");
-    visit("camera_y", camera_y, Bounds{-100.0, 100.0}, "camera in base_link, to the left [m]");
-    visit("camera_z", camera_z, Bounds{-100.0, 100.0}, "camera in base_link, up [m]");
-    visit("camera_frame", camera_frame, Bounds{},
-          "the camera's optical frame (x right, y down, z forward): ratslam_orb_vo takes camera_x ... "
-          "camera_yaw_deg from tf, where base_frame holds it; empty: as they are here");
+          "angle by which the camera looks to the left [deg]");
+    visit("camera_x", camera_x, Bounds{-100.0, 100.0}, "position of the camera in base_link, forward [m]");
+    visit("camera_y", camera_y, Bounds{-100.0, 100.0},
+          "position of the camera in base_link, to the left [m]");
+    visit("camera_z", camera_z, Bounds{-100.0, 100.0}, "position of the camera in base_link, up [m]");
+    visit(
+        "camera_frame", camera_frame, Bounds{},
+        "the camera's optical frame (x right, y down, z forward): ratslam_orb_vo reads the mount from the tf "
+        "base_frame -> camera_frame; empty: camera_x ... camera_yaw_deg hold");
     visit("orb_refine_lens", refine_lens, Bounds{},
-          "find the lens error (radial, tangential) that the calibration has left, and correct it");
+          "estimate the radial and tangential distortion that the calibration has left, and correct it");
     visit("nominal_speed", nominal_speed, Bounds{0.0, 1000.0},
-          "speed assumed while the map starts, where camera_height is unknown [m/s]; 0 = median depth is 1");
-    visit("orb_window_keyframes", window_keyframes, Bounds{2, 50}, "keyframes refined together");
-    visit("orb_fixed_keyframes", fixed_keyframes, Bounds{1, 100}, "older keyframes that hold the window");
-    visit("orb_map_keyframes", map_keyframes, Bounds{3, 500}, "keyframes kept");
+          "speed assumed while a map starts and camera_height is unknown [m/s]; 0: the median depth counts "
+          "as 1 m");
+    visit("orb_window_keyframes", window_keyframes, Bounds{2, 50},
+          "keyframes that bundle adjustment refines together");
+    visit("orb_fixed_keyframes", fixed_keyframes, Bounds{1, 100}, "older keyframes held fixed beside them");
+    visit("orb_map_keyframes", map_keyframes, Bounds{3, 500}, "keyframes kept in the local map");
     visit("orb_keyframe_baseline", keyframe_baseline, Bounds{0.0, 1.0},
           "a keyframe is taken after moving by this share of the median depth");
     visit("orb_new_landmarks", new_landmarks, Bounds{10, 5000}, "most landmarks added by a keyframe");
     visit("orb_init_parallax_deg", init_parallax_deg, Bounds{0.1, 20.0},
           "parallax needed to start a map [deg]");
     visit("orb_init_points", init_points, Bounds{20, 5000}, "points needed to start a map");
-    visit("orb_min_parallax_deg", min_parallax_deg, Bounds{0.1, 20.0}, "parallax of a new landmark [deg]");
-    visit("orb_outlier_gate", outlier_gate, Bounds{4.0, 50.0}, "squared error of an outlier [sigma^2]");
-    visit("orb_min_tracked", min_tracked, Bounds{6, 1000}, "landmarks without which tracking is lost");
-    visit("orb_coast_time", coast_time, Bounds{0.0, 10.0}, "longest coasting on the last velocity [s]");
+    visit("orb_min_parallax_deg", min_parallax_deg, Bounds{0.1, 20.0},
+          "least parallax of a new landmark [deg]");
+    visit("orb_outlier_gate", outlier_gate, Bounds{4.0, 50.0},
+          "squared reprojection error of an outlier [sigma^2]");
+    visit("orb_min_tracked", min_tracked, Bounds{6, 1000}, "with fewer tracked landmarks tracking is lost");
+    visit("orb_coast_time", coast_time, Bounds{0.0, 10.0},
+          "longest time at the last velocity after tracking is lost [s]");
     visit("orb_relocalisation_time", relocalisation_time, Bounds{0.0, 60.0},
-          "longest search for the map after coasting, before a fresh start [s]");
+          "longest search for the map after that, before a new map starts [s]");
     visit("orb_relocalisation_inliers", relocalisation_inliers, Bounds{10, 1000},
-          "landmarks needed to find back into the map");
+          "landmarks that relocalisation must find again");
     visit("threads", threads, Bounds{1, 64},
           "threads that share the work on an image; the results do not depend on it");
   }
   /// Camera axes (x right, y down, z forward) in base_link, turned by yaw, then pitch, then roll.
   Eigen::Isometry3d baseFromCamera() const;
-  /// Sets the six numbers that baseFromCamera() gives back. @param T camera axes in base_link
+  /// Sets position and angles so that baseFromCamera() returns T. @param T camera axes in base_link
   void setBaseFromCamera(const Eigen::Isometry3d& T);
 
   /// @throws std::invalid_argument naming key, value and bound.

@@ -2,11 +2,10 @@
 /// 2008).
 ///
 /// 1. An image region becomes a profile: the mean intensity of each of its columns, in [0,1].
-/// 2. The profile is compared with the one before at shifts of
-///    up to 40 columns: mean absolute difference over the
-///    overlap.
-/// 3. The shift of the smallest difference, in the rotation region, is the turn in pixels: yaw rate.
-/// 4. The smallest difference itself, in the translation region, grows with speed: speed.
+/// 2. The profile is compared with the one before at shifts of up to 40 columns: mean absolute difference over
+///    the overlap.
+/// 3. Yaw rate: in the rotation region, the shift of the smallest difference is the turn in pixels.
+/// 4. Speed: in the translation region, the smallest difference itself grows with speed.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -31,10 +30,10 @@ struct ProfileOdometryParams {
   int vrot_y_min = 0;
   int vrot_y_max = -1;
   double fov_deg = 50.0;          ///< horizontal field of view of the whole image [deg]
-  double camera_hz = 10.0;        ///< frame rate where stamps give none [1/s]
+  double camera_hz = 10.0;        ///< frame rate assumed where stamps do not increase [1/s]
   double vtrans_scaling = 100.0;  ///< speed per unit of profile difference [m/s]
   double vtrans_max = 20.0;       ///< highest speed [m/s]
-  bool subpixel = false;          ///< refine the shift by a parabola through its neighbours
+  bool subpixel = false;          ///< refine the shift by a parabola through the neighbouring differences
 
   template <class Visitor>
   void visitFields(Visitor&& visit) {
@@ -49,7 +48,8 @@ struct ProfileOdometryParams {
     visit("vrot_image_y_min", vrot_y_min, pixel, "rotation region, first row [px]");
     visit("vrot_image_y_max", vrot_y_max, pixel_or_edge, "rotation region, end row [px], -1: edge");
     visit("camera_fov_deg", fov_deg, Bounds{1, 360}, "horizontal field of view of the whole image [deg]");
-    visit("camera_hz", camera_hz, Bounds{1e-3, 1e4}, "frame rate where the stamps give none [1/s]");
+    visit("camera_hz", camera_hz, Bounds{1e-3, 1e4},
+          "frame rate assumed between images whose stamps do not increase [1/s]");
     visit("vtrans_scaling", vtrans_scaling, Bounds{0, 1e9}, "speed per unit of profile difference [m/s]");
     visit("vtrans_max", vtrans_max, Bounds{0, 1e6}, "highest speed [m/s]");
     visit("vrot_subpixel", subpixel, Bounds{}, "refine the shift between columns by a parabola");
@@ -63,16 +63,16 @@ class ProfileOdometry {
   /// @throws std::invalid_argument for bad parameters
   explicit ProfileOdometry(const ProfileOdometryParams& params);
 
-  /// Motion since the image before; the first image starts the clock and stands still.
+  /// Motion since the image before. The first image has no motion.
   /// @param image  8- or 16-bit, 1, 3 or 4 channels, any row stride
-  /// @throws std::invalid_argument where a region lies outside the image or the image's size changes
+  /// @throws std::invalid_argument if a region lies outside the image or the size of the images changes
   OdometrySample track(Stamp stamp, const cv::Mat& image);
 
-  /// Motion up to the stamp of an image that shows nothing: straight on at the speed before. So is the motion
-  /// up to the first image that shows something again.
+  /// Predicted motion up to the stamp of a frozen or blank image: straight on at the last speed. The motion up
+  /// to the next usable image is predicted in the same way.
   OdometrySample bridge(Stamp stamp);
 
-  /// Forgets the images before, e.g. when time has gone back; the pose stays.
+  /// Forgets the last image, for example when time has gone back. The pose stays.
   void restart();
 
   void save(State& state) const;
@@ -104,7 +104,7 @@ class ProfileOdometry {
 
   ProfileOdometryParams params_;
   std::optional<View> previous_;
-  std::optional<Stamp> bridged_to_;  ///< where the last image showed nothing
+  std::optional<Stamp> bridged_to_;  ///< stamp of the last bridge(), until the next track()
   double speed_ = 0.0;               ///< of the last sample [m/s]
   Pose2 pose_;
 };
