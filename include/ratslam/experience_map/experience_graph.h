@@ -1,10 +1,9 @@
-/// The topological graph: experiences e_i = {P^i, V^i, p^i} (equation (4); P and V live in the pose cells'
-/// selection) and the links between them.
+/// The topological graph: experiences e_i = {P^i, V^i, p^i} of equation (4) and the links between them.
 ///
-/// Both are plain records in flat arrays, so that a copy for publishing costs two memory copies; the links of
-/// an experience form lists threaded through the link records. `revision` changes with every change of
-/// content, `experiences().size()` and `links().size()` with every change of structure (nothing is ever
-/// removed).
+/// This part holds the poses p^i; experience_selection.h of the pose cells holds P^i and V^i. Experiences and
+/// links are plain records in flat arrays: a copy for publishing costs two memory copies. The links of an
+/// experience form lists that are threaded through the link records. Nothing is ever removed. `revision()`
+/// changes whenever a pose or a record changes, the two sizes whenever something is added.
 #pragma once
 
 #include <cstdint>
@@ -27,23 +26,23 @@ struct Experience {
   std::uint32_t first_incoming = kNoLink;  ///< oldest link that ends here
   std::uint32_t last_incoming = kNoLink;
 
-  /// Without the lists, which follow from the order of the links.
+  /// The lists are not saved: they follow from the order of the links.
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("pose", pose);
   }
 };
 
-/// What was measured between two experiences, in the frame of `from`. Its id is its index.
+/// A measured motion between two experiences, in the frame of `from`. Its id is its index.
 struct Link {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
   double distance = 0.0;                  ///< in the odometry's unit
-  double heading_rad = 0.0;               ///< direction of the displacement relative to the facing of `from`
-  double facing_rad = 0.0;                ///< change of facing
+  double heading_rad = 0.0;               ///< direction of the displacement relative to the heading of `from`
+  double facing_rad = 0.0;                ///< change of heading
   double rise = 0.0;                      ///< change of height, in the odometry's unit
   double duration_s = 0.0;                ///< time from leaving `from` to reaching `to`
-  bool recall = false;                    ///< made by recognising `to`, not by driving on to a new place
+  bool recall = false;                    ///< `to` was recalled; else it was created when the link was made
   std::uint32_t next_outgoing = kNoLink;  ///< next younger link that starts at `from`
   std::uint32_t next_incoming = kNoLink;  ///< next younger link that ends at `to`
 
@@ -67,20 +66,20 @@ class ExperienceGraph {
   const std::vector<Link>& links() const { return links_; }
   std::uint64_t revision() const { return revision_; }
 
-  /// @throws std::out_of_range where there is no such experience.
+  /// @throws std::out_of_range if there is no such experience.
   const MapPose& pose(std::uint32_t id) const { return experiences_.at(id).pose; }
 
   /// @return the new experience's id.
   std::uint32_t addExperience(const MapPose& pose);
 
-  /// Appends a link; the fields that thread the lists are filled in. @return its id.
-  /// @throws std::invalid_argument where an end does not exist or both ends are the same.
+  /// Appends a link and enters it in the lists of its ends. @return its id.
+  /// @throws std::invalid_argument if an end does not exist or both ends are the same.
   std::uint32_t addLink(Link link);
 
   /// Whether a link joins the two, in either direction.
   bool linked(std::uint32_t a, std::uint32_t b) const;
 
-  /// New poses of all experiences; `pose_of(id)` gives each.
+  /// Replaces the pose of each experience by `pose_of(id)`.
   template <class PoseOf>
   void setPoses(PoseOf&& pose_of) {
     for (std::uint32_t id = 0; id < experiences_.size(); ++id) experiences_[id].pose = pose_of(id);

@@ -1,9 +1,11 @@
-/// Path planning over the experience map: the quickest way known from experience.
+/// Path planning over the experience map: the path of the shortest known duration.
 ///
-/// Steps: a goal (x, y) selects the nearest experience within a radius; Dijkstra's algorithm from there over
-/// the links, in both directions, weighted by duration, gives every experience its time to the goal; the path
-/// follows it from the robot's experience. Links that the map gains meanwhile can only shorten times, so they
-/// are relaxed into the same tree.
+/// Steps:
+///  1. A goal (x, y) selects the nearest experience within a radius.
+///  2. Dijkstra's algorithm runs from there over the links, in both directions, weighted by duration. It gives
+///     each experience its time to the goal and the next experience on the path.
+///  3. The path follows these from the current experience.
+/// New links can only shorten times. So they are relaxed into the same tree.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +20,9 @@ enum class GoalStatus { kNone, kActive, kReached, kFailed };
 
 struct Goal {
   GoalStatus status = GoalStatus::kNone;
-  std::uint32_t experience = 0;  ///< that the goal selected
+  std::uint32_t experience = 0;  ///< the experience nearest to the goal
   double distance = 0.0;         ///< of the goal from that experience [m]
-  std::string message;           ///< why it failed, empty otherwise
+  std::string message;           ///< why the goal failed; empty otherwise
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -37,14 +39,14 @@ class GoalPlanner {
   /// @param timeout time allowed for reaching a goal [s].
   GoalPlanner(double radius, double timeout) : radius_(radius), timeout_(timeout) {}
 
-  /// Replaces the goal. @param current experience where the robot is. @param now newest stamp of the map.
+  /// Replaces the goal. @param x, y [m] in the map. @param current current experience. @param now newest stamp.
   const Goal& setGoal(const ExperienceGraph& graph, double x, double y, std::uint32_t current, Stamp now);
 
-  /// Fails a goal that there is no map for yet.
+  /// Sets a failed goal, for example when there is no map yet. @param why  its message
   const Goal& refuse(const std::string& why);
 
-  /// Looks whether the goal is reached or out of time; to be called whenever the robot or the map has moved
-  /// on.
+  /// Checks whether the goal is reached or has timed out. To be called after each change of the current
+  /// experience, the stamp or the map.
   const Goal& update(const ExperienceGraph& graph, std::uint32_t current, Stamp now);
 
   const Goal& goal() const { return goal_; }
@@ -52,7 +54,7 @@ class GoalPlanner {
   /// Experiences from `current` to the goal, both included; empty unless the goal is active or reached.
   std::vector<std::uint32_t> path(std::uint32_t current) const;
 
-  /// What it knows, for common/state.h.
+  /// For common/state.h.
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("goal", goal_);
@@ -71,8 +73,8 @@ class GoalPlanner {
   Goal goal_;
   Stamp since_ = 0;
   std::uint64_t links_taken_ = 0;
-  std::vector<double> seconds_to_goal_;  ///< of each experience, infinite where no way is known
-  std::vector<std::uint32_t> next_;      ///< experience that follows on the way to the goal
+  std::vector<double> seconds_to_goal_;  ///< of each experience; infinite if no path is known
+  std::vector<std::uint32_t> next_;      ///< of each experience, the next one on the path to the goal
 };
 
 }  // namespace ratslam

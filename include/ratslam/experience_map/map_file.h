@@ -1,4 +1,4 @@
-/// The experience graph as a file: map.yaml, plain YAML with one experience or link a line.
+/// The experience graph as a file, map.yaml: plain YAML with one line for each experience and link.
 ///
 ///     format: ratslam_experience_map 1
 ///     experiences:
@@ -7,8 +7,8 @@
 ///     - {id: 0, from: 0, to: 1, distance: 1, heading_rad: 0, facing_rad: 0, rise: 0, duration_s: 0.1,
 ///     recall: false}
 ///
-/// Lengths in metres, angles in radians, distance and rise of links in the odometry's unit. Numbers carry 17
-/// digits: reading gives back the very graph that was written.
+/// Lengths are in metres, angles in radians, distance and rise of links in the odometry's unit. Numbers have 17
+/// digits: readMap() returns exactly the graph that was written.
 #pragma once
 
 #include <iosfwd>

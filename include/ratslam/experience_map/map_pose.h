@@ -1,8 +1,7 @@
-/// Poses of the map, which carry the odometry's scale, and motion measured relative to them.
+/// Poses of the map with the odometry's local scale, and motion measured relative to them.
 ///
-/// A pose of the map holds the logarithm of its local scale: the factor that turns the odometry's unit of
-/// length into the map's. compose(a, m) applies it, between(a, b) takes it out again. Source: weighted graph
-/// of pose_graph.h.
+/// A pose of the map holds the logarithm of its local scale: the factor from the odometry's unit of length to
+/// the map's. compose(a, m) applies it, between(a, b) removes it. Source: the weighted graph of pose_graph.h.
 #pragma once
 
 #include <cmath>
@@ -18,7 +17,7 @@ struct MapPose {
   double x = 0.0;          ///< [m]
   double y = 0.0;          ///< [m]
   double z = 0.0;          ///< [m], up
-  double yaw = 0.0;        ///< facing [rad]
+  double yaw = 0.0;        ///< heading [rad]
   double log_scale = 0.0;  ///< logarithm of map metres per metre of odometry
 
   double scale() const { return std::exp(log_scale); }
@@ -36,7 +35,7 @@ struct MapPose {
 struct StampedPose {
   Stamp stamp = 0;
   MapPose pose;
-  /// Attitude but for the yaw, as the odometry knows it.
+  /// Attitude without the yaw, from the odometry.
   Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
 
   Eigen::Quaterniond attitude() const {
@@ -67,13 +66,13 @@ struct RelativePose {
   }
 };
 
-/// Odometry accumulated since some pose of the map.
+/// Odometry accumulated from a pose of the map on.
 struct Motion {
   RelativePose pose;
-  double length = 0.0;  ///< way driven, forwards or backwards, in the odometry's unit
+  double length = 0.0;  ///< length of the path, forwards or backwards, in the odometry's unit
   MotionError error;
 
-  /// The heading turns first, then the robot moves along it (the reference arithmetic of docs/model.md).
+  /// Adds a step: first the heading turns, then the robot moves (the reference arithmetic of docs/model.md).
   void add(const OdometryStep& step) {
     pose.yaw = wrapAngle(pose.yaw + step.rotation);
     const double c = std::cos(pose.yaw);
@@ -94,8 +93,8 @@ struct Motion {
   }
 };
 
-/// The pose reached from `a` by the motion `m`, at the scale of `a`. At scale 1 this is SE(2)'s to the last
-/// bit.
+/// The pose reached from `a` by the motion `m`, at the scale of `a`. At scale 1 its bits are those of the
+/// composition in SE(2).
 inline MapPose compose(const MapPose& a, const RelativePose& m) {
   const double scale = a.scale();
   const double c = scale * std::cos(a.yaw);
@@ -104,7 +103,7 @@ inline MapPose compose(const MapPose& a, const RelativePose& m) {
           a.log_scale};
 }
 
-/// The place of `b` seen from `a`, in the odometry's unit: compose(a, between(a, b)) is at `b`.
+/// The pose of `b` in the frame of `a`, in the odometry's unit: compose(a, between(a, b)) lies at `b`.
 inline RelativePose between(const MapPose& a, const MapPose& b) {
   const double c = std::cos(a.yaw);
   const double s = std::sin(a.yaw);

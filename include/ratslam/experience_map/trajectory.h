@@ -1,12 +1,12 @@
-/// The robot's whole path, told twice: as it was estimated at the time, and as the present map sees it.
+/// The robot's whole path in two forms: as it was estimated at the time, and in the present map.
 ///
-/// Each sample is tied to a frame of the map (an experience, or the place of a recall) by the pose relative
-/// to it; when the map moves the frame, the path moves along.
+/// Each sample holds the robot's pose relative to a frame of the map (an experience, or the place of a recall).
+/// When the solver moves the frame, the sample moves with it.
 ///
-/// A path of more poses than there may be is thinned: one is left out where the path between its neighbours tells
-/// it, moving evenly, as well as the tolerance asks, which starts at a millimetre (and a milliradian) and doubles
-/// as long as there are too many. So a robot that stands still costs nothing, and one that drives for months
-/// keeps the shape of all its way. The newest quarter is kept as it is.
+/// A path with more than the allowed number of poses is thinned. A pose is dropped if interpolation between its
+/// neighbours gives it within the tolerance. The tolerance starts at a millimetre (and a milliradian) and
+/// doubles while there are too many poses. So a robot that stands still needs no memory, and the path of months
+/// keeps its shape. The newest quarter is not thinned.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ class Trajectory {
   struct Sample {
     Stamp stamp = 0;
     std::uint32_t frame = 0;
-    RelativePose relative;                                     ///< of the robot, in the axes of the frame
-    Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();  ///< attitude but for the yaw
+    RelativePose relative;                                     ///< pose of the robot in the frame
+    Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();  ///< attitude without the yaw
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -34,43 +34,43 @@ class Trajectory {
     }
   };
 
-  /// @param most  poses that are kept; 0: all
+  /// @param most  largest number of poses; 0: unbounded
   explicit Trajectory(std::size_t most = 0) : most_(most) {}
 
-  /// Appends a sample. One with the stamp of the newest takes its place: it is what was known at the end of
-  /// that stamp.
+  /// Appends a sample. A sample with the stamp of the newest one replaces it: the last estimate of a stamp
+  /// counts.
   void record(Stamp stamp, std::uint32_t frame, const RelativePose& relative, const MapPose& online,
               const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity());
 
-  /// Ties the samples that were given relative to `origin` to the first frame instead, placed at `first`.
+  /// Expresses the samples that are relative to `origin` in the first frame, which lies at `first`.
   void rebase(const MapPose& origin, const MapPose& first);
 
-  /// Ties the samples from a stamp on, all of which have one frame, to another one. @param robot_before  the robot now, in
-  /// the axes of their frame. @param robot  the same in those of the other
+  /// Expresses the samples from a stamp on in another frame. All of them must have the same frame before.
+  /// @param robot_before  the robot's present pose in their frame  @param robot  the same pose in the new frame
   void retie(Stamp since, const RelativePose& robot_before, std::uint32_t frame, const RelativePose& robot);
 
   const std::vector<Sample>& samples() const { return samples_; }
 
-  /// The newest sample at or before a stamp, none before the first. Where stamps have gone back, of the newest
-  /// stretch of time.
+  /// Index of the newest sample at or before a stamp; none before the first. If stamps have stepped back, only
+  /// the samples since then are searched.
   std::optional<std::size_t> indexAt(Stamp stamp) const;
 
-  /// A frame within a stretch that is laid anew, in the axes of the robot where the stretch begins.
+  /// A frame on a corrected stretch of the path.
   struct BentFrame {
-    std::size_t sample = 0;  ///< at which it was made
+    std::size_t sample = 0;  ///< first sample in this frame
     std::uint32_t frame = 0;
-    RelativePose pose;
+    RelativePose pose;  ///< in the axes of the robot where the stretch begins
   };
 
-  /// Lays the path anew from a sample on. @param pose_of  pose(k) of sample k > first, in the axes of the robot
-  /// at sample `first`. @return the frames that were made since, in the order of the way
+  /// Replaces the path after sample `first`. @param pose_of  pose_of(k) is the pose of sample k > first, in the
+  /// axes of the robot at sample `first`. @return the frames made after that sample, in the order of the path
   template <class PoseOf>
   std::vector<BentFrame> bend(std::size_t first, PoseOf&& pose_of);
 
   /// The poses as they were known at their stamps.
   const std::vector<StampedPose>& online() const { return online_; }
 
-  /// The path in the present map; `pose_of(frame)` gives the frames' poses.
+  /// The path in the present map. @param pose_of  pose_of(frame) is the pose of a frame in the map
   template <class PoseOf>
   std::vector<StampedPose> path(PoseOf&& pose_of) const {
     std::vector<StampedPose> poses;
@@ -81,7 +81,7 @@ class Trajectory {
     return poses;
   }
 
-  /// What it knows, for common/state.h.
+  /// For common/state.h.
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("samples", samples_);
@@ -94,7 +94,7 @@ class Trajectory {
   bool toldBy(std::size_t a, std::size_t b) const;
 
   std::size_t most_;
-  double tolerance_ = 0.0;  ///< of what was left out so far [m, rad]
+  double tolerance_ = 0.0;  ///< of the last thinning [m, rad]
   std::vector<Sample> samples_;
   std::vector<StampedPose> online_;
 };
@@ -105,13 +105,13 @@ std::vector<Trajectory::BentFrame> Trajectory::bend(std::size_t first, PoseOf&& 
     return MapPose{pose.x, pose.y, pose.z, pose.yaw, 0.0};
   };
   std::vector<BentFrame> frames;
-  // The first frame lies where the robot at `first` was seen from it.
+  // The pose of the first frame in the axes of the robot at `first`.
   MapPose frame = asMapPose(between(asMapPose(samples_[first].relative), MapPose{}));
   for (std::size_t k = first + 1; k < samples_.size(); ++k) {
     Sample& sample = samples_[k];
     const RelativePose pose = pose_of(k);
     if (sample.frame != samples_[k - 1].frame) {
-      frame = asMapPose(pose);  // a frame is made where the robot is
+      frame = asMapPose(pose);  // a frame is created at the robot's pose
       frames.push_back({k, sample.frame, pose});
     }
     sample.relative = between(frame, asMapPose(pose));

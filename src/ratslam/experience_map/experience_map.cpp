@@ -30,7 +30,7 @@ bool finite(const RecallGeometry& g) {
          g.sigma_direction > 0.0 && std::isfinite(g.ahead);
 }
 
-/// A step in the unit of the robot's frame, from which that of the odometry now may differ.
+/// Converts a step from the odometry's present unit to the unit of the robot's frame.
 OdometryStep inUnitOf(OdometryStep step, double log_unit) {
   if (log_unit == 0.0) return step;
   const double unit = std::exp(log_unit);
@@ -44,8 +44,8 @@ OdometryStep inUnitOf(OdometryStep step, double log_unit) {
   return step;
 }
 
-/// Whether the path comes, after a sample, to frames that were there before it: the robot has been recalled on
-/// known ground, which tells where it is, and not what was driven before.
+/// Whether a sample after `first` has a frame that is older than that sample. Then the robot was placed on known
+/// ground since: its place no longer depends on the motion before.
 bool comesToOldFrame(const std::vector<Trajectory::Sample>& samples, std::size_t first) {
   std::uint32_t newest = 0;
   for (std::size_t k = 0; k <= first; ++k) newest = std::max(newest, samples[k].frame);
@@ -55,7 +55,7 @@ bool comesToOldFrame(const std::vector<Trajectory::Sample>& samples, std::size_t
   return false;
 }
 
-/// A motion of base_link in the level axes of the map, given base_link's tilt where it begins.
+/// A motion of base_link in level axes. @param tilt  of base_link where the motion begins
 RelativePose levelled(const Eigen::Isometry3d& motion, const Eigen::Quaterniond& tilt, bool with_height) {
   const Eigen::Isometry3d level = Eigen::Isometry3d(tilt) * motion;
   const Eigen::Vector3d& moved = level.translation();
@@ -63,9 +63,9 @@ RelativePose levelled(const Eigen::Isometry3d& motion, const Eigen::Quaterniond&
           std::atan2(level.linear()(1, 0), level.linear()(0, 0))};
 }
 
-/// Where the robot was after all at the samples of a corrected stretch, in its axes where the stretch begins:
-/// as the source says, else the course it was thought to have, with an error that goes evenly from that of one
-/// sample of which the source speaks to that of the next. What has been driven since hangs on its end.
+/// The corrected poses of the samples from the beginning of a corrected stretch on, in the robot's axes there.
+/// Where the correction states a pose, it holds. Between two such samples the old path is kept and its error is
+/// interpolated. The path after the stretch is carried along with its end.
 class CourseOfWay {
  public:
   template <class PoseOf>
@@ -90,7 +90,7 @@ class CourseOfWay {
     for (std::size_t k = first; k < samples.size(); ++k) {
       const auto known = said.find(samples[k].stamp);
       RelativePose pose = between(begin, pose_of(samples[k]));
-      if (k > last) {  // what has been driven since, as it was
+      if (k > last) {  // after the stretch: the old motion, from its corrected end
         const MapPose carried = compose(asPose(end), between(asPose(thought_end), asPose(pose)));
         poses_.push_back({carried.x, carried.y, carried.z, carried.yaw});
         continue;
@@ -108,7 +108,7 @@ class CourseOfWay {
   const RelativePose& at(std::size_t sample) const { return poses_[sample - first_]; }
 
  private:
-  /// By which what was thought was wrong.
+  /// Error of the old path at a stamp.
   struct Error {
     Stamp stamp = 0;
     RelativePose of;
@@ -139,7 +139,7 @@ ExperienceMap::ExperienceMap(const ExperienceMapParams& params)
 }
 
 void ExperienceMap::start(Stamp stamp) {
-  current_since_ = stamp;  // no link goes across, so nobody asks for the stay before
+  current_since_ = stamp;  // no link crosses the jump, so the time before it is not needed
   robot_.lost = current_.has_value();
   clock_ = stamp;
   record();
@@ -157,7 +157,7 @@ void ExperienceMap::integrate(Stamp end, const OdometryStep& step) {
   }
   OdometryStep carried = inUnitOf(step, robot_.standing.log_unit);
   if (!params_.exp_height) carried.up = 0.0;
-  // What was predicted is a link of its own, so that it can be mended apart from what was measured.
+  // A predicted stretch gets a link of its own, so that it can be corrected apart from the measured ones.
   if (step.bridged) {
     robot_ = solver_->anchor(graph_, robot_);
     record();
@@ -312,7 +312,7 @@ void ExperienceMap::create(const RecallGeometry* geometry) {
 }
 
 void ExperienceMap::place(const RobotPlace& placed) {
-  // The stretch begins here: what was driven of it so far is no way from where the last one ended.
+  // A stretch after unmeasured motion belongs to this place, not to the place before the gap.
   if (robot_.lost) {
     trajectory_.retie(current_since_, robot_.motion.pose, placed.frame, placed.motion.pose);
   }

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kFormat = "format: ratslam_experience_map 1";
 
-/// One `- {key: value, ...}` line, taken apart from left to right.
+/// Parses one `- {key: value, ...}` line from left to right.
 class Record {
  public:
   Record(const std::string& line, std::size_t number) : rest_(line), number_(number) { expect("- {"); }

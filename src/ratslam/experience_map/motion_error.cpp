@@ -5,13 +5,13 @@
 namespace ratslam {
 namespace {
 
-/// Deviation of the log-scale of a unit that was chosen anew and is not anchored.
+/// Standard deviation of the log-scale of a new unit that is not anchored.
 constexpr double kUnknownScale = 1.0;
 
 }  // namespace
 
 void MotionError::add(const OdometryStep& step, double cos_yaw, double sin_yaw, double way) {
-  // A heading that is wrong before or during the step turns the step's displacement about its start.
+  // An error of the heading before or during the step turns the step's displacement about its start.
   const double dx = cos_yaw * step.forward - sin_yaw * step.left;
   const double dy = sin_yaw * step.forward + cos_yaw * step.left;
   covariance.row(0) -= dy * covariance.row(3);

@@ -5,7 +5,7 @@
 namespace ratslam {
 namespace {
 
-constexpr int kLeastPoses = 1000;  // what corrections of the odometry look back on
+constexpr int kLeastPoses = 1000;  // corrections of the odometry need the newest poses
 
 }  // namespace
 

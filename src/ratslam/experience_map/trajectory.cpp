@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kFirstTolerance = 1e-3;
 
-/// How far a pose is from where one that moves evenly from `a` to `b` would be at its stamp [m, rad].
+/// Distance of a pose from the interpolation between `a` and `b` at its stamp [m, rad].
 double deviation(const StampedPose& pose, const StampedPose& a, const StampedPose& b) {
   const double share = secondsBetween(a.stamp, pose.stamp) / secondsBetween(a.stamp, b.stamp);
   const auto off = [share](double at, double from, double to) { return at - (from + share * (to - from)); };
@@ -46,7 +46,7 @@ void Trajectory::retie(Stamp since, const RelativePose& robot_before, std::uint3
   }
 }
 
-/// Whether the path from sample `a` to `b` tells what lies between them; three of those are looked at.
+/// Whether interpolation between samples `a` and `b` gives those in between. Three of them are checked.
 bool Trajectory::toldBy(std::size_t a, std::size_t b) const {
   if (online_[b].stamp <= online_[a].stamp) return false;
   for (std::size_t quarter = 1; quarter <= 3; ++quarter) {
@@ -56,12 +56,12 @@ bool Trajectory::toldBy(std::size_t a, std::size_t b) const {
   return true;
 }
 
-/// One pass with a tolerance; where that is not enough, the next sample brings the next one.
+/// Thins once with the present tolerance. If too many poses are left, the next sample starts the next pass.
 void Trajectory::thin() {
   tolerance_ = tolerance_ > 0.0 ? tolerance_ : kFirstTolerance;
   const std::size_t end = samples_.size() - samples_.size() / 4;
-  std::size_t kept = 0;  // all up to here are in their places
-  std::size_t last = 0;  // kept, by its old number: samples after `kept` are still where they were
+  std::size_t kept = 0;  // new index of the last sample kept; those after it have not moved yet
+  std::size_t last = 0;  // old index of the last sample kept
   for (std::size_t k = 1; k < samples_.size(); ++k) {
     if (k < end && toldBy(last, k + 1)) continue;
     ++kept;

@@ -1,8 +1,8 @@
-/// Sparse Cholesky factorisation H = L D L^T in dense blocks of fixed size, which can be done in slices.
+/// Sparse Cholesky factorisation H = L D L^T in dense blocks of fixed size. It can be done in slices.
 ///
-/// H is symmetric and positive definite; the structure of L comes from orderBlocks(). Columns are eliminated
-/// from left to right, each subtracting its outer product from the columns to come (right-looking). The work
-/// is counted in block products, so that slices are the same on every machine.
+/// H is symmetric and positive definite. orderBlocks() gives the structure of L. Columns are eliminated from left
+/// to right; each one subtracts its outer product from the columns after it (right-looking). Work is counted in
+/// block products, so that slices are the same on every machine.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@ class BlockCholesky {
   using Block = Eigen::Matrix<double, Size, Size>;
   using Vector = Eigen::Matrix<double, Size, 1>;
 
-  /// Starts a new system of the given structure, all zero.
+  /// Starts a new system of the given structure; all blocks are zero. The structure must outlive the system.
   void reset(const BlockStructure& structure) {
     structure_ = &structure;
     diagonal_.assign(structure.columns(), Block::Zero());
@@ -33,7 +33,7 @@ class BlockCholesky {
   /// Diagonal block at a position in the order of elimination.
   Block& diagonal(std::uint32_t position) { return diagonal_[position]; }
 
-  /// Adds to the block between two unknowns, given as (row, column) = (a, b) by position, in either order.
+  /// Adds to the block of two different unknowns. @param block  with row a and column b; a and b are positions
   template <class Derived>
   void addBetween(std::uint32_t a, std::uint32_t b, const Eigen::MatrixBase<Derived>& block) {
     if (a > b) {
@@ -55,17 +55,16 @@ class BlockCholesky {
     return next_column_ == columns;
   }
 
-  /// Columns that factorise() has done.
+  /// Number of columns eliminated so far.
   std::uint32_t columnsDone() const { return next_column_; }
 
-  /// Eliminates columns until so many are done.
+  /// Eliminates columns until `columns` are done.
   void factoriseUpTo(std::uint32_t columns) {
     while (next_column_ < columns) eliminate(next_column_++);
   }
 
-  /// The diagonal block of the inverse of H at a position: what is left of an unknown's variance once all
-  /// others have had their say. Only the columns above it in the elimination tree are looked at.
-  /// Everything must be factorised.
+  /// The diagonal block of the inverse of H at a position: the marginal covariance of that unknown. Visits only
+  /// its ancestors in the elimination tree. The factorisation must be complete.
   Block inverseAt(std::uint32_t position) const {
     std::map<std::uint32_t, Block> rest{{position, Block::Identity()}};
     Block inverse = Block::Zero();
@@ -85,7 +84,7 @@ class BlockCholesky {
   /// Whether every pivot so far was positive definite.
   bool definite() const { return definite_; }
 
-  /// Solves H x = b in place, both by position. Everything must be factorised.
+  /// Solves H x = b in place; x and b are ordered by position. The factorisation must be complete.
   void solve(std::vector<Vector>& x) const {
     const auto columns = static_cast<std::uint32_t>(structure_->columns());
     for (std::uint32_t column = 0; column < columns; ++column) {
@@ -109,7 +108,7 @@ class BlockCholesky {
     }
   }
 
-  /// Turns column `c` of H into that of L, its diagonal block into the inverse of D's.
+  /// Turns column `c` of H into that of L. Its diagonal block becomes the inverse of D's.
   void eliminate(std::uint32_t c) {
     definite_ = invert(diagonal_[c]) && definite_;
     const std::size_t begin = structure_->column_begin[c];
@@ -120,7 +119,7 @@ class BlockCholesky {
       below_[j].noalias() = raw * diagonal_[c];
       diagonal_[column].noalias() -= below_[j] * raw.transpose();
       const Block scaled_transposed = below_[j].transpose();
-      // The rows of this column from j on all occur in `column`, in the same order.
+      // Column `column` contains all rows of this column from j on, in the same order.
       std::size_t target = structure_->column_begin[column];
       for (std::size_t i = j + 1; i < end; ++i) {
         while (structure_->rows[target] != structure_->rows[i]) ++target;
@@ -129,7 +128,7 @@ class BlockCholesky {
     }
   }
 
-  /// Replaces a symmetric block by its inverse, by way of its Cholesky factor. Eigen's own takes several
+  /// Replaces a symmetric block by its inverse, computed from its Cholesky factor. Eigen's inverse takes several
   /// times as long at these sizes. @return whether the block was positive definite.
   static bool invert(Block& block) {
     Block factor_inverse = Block::Zero();  // lower triangle

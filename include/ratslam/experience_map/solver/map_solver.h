@@ -1,8 +1,8 @@
-/// What ExperienceMap asks of a solver: to place the robot when a place is created or recalled, and to keep
-/// the poses of the map consistent with what was measured.
+/// Interface between ExperienceMap and its solvers. A solver places the robot when an experience is created or
+/// recalled, and keeps the poses of the map consistent with the measurements.
 ///
-/// A solver places things in frames. relaxation.h knows one frame per experience; pose_graph_map.h adds one
-/// per recall, because the robot that recognises a place does not stand exactly where it stood then.
+/// A solver expresses poses in frames. relaxation.h has one frame for each experience. pose_graph_map.h adds
+/// frames for recalls, because at a recall the robot is not exactly where it was when the experience was made.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@ namespace ratslam {
 
 class State;
 
-/// Where the robot is: its motion since it was last placed in a frame, or beside one.
+/// Place of the robot: a frame and the motion since the robot was last placed in it, or beside it (standing.h).
 struct RobotPlace {
   std::uint32_t frame = 0;
-  Motion motion;      ///< its pose is in the frame, its errors are those since the robot was placed
-  bool lost = false;  ///< how it got from there to where it is was not measured
+  Motion motion;      ///< motion.pose is in the frame; motion.error began when the robot was placed
+  bool lost = false;  ///< the motion from there to the present place was not measured
   Standing standing{};
 
   template <class Fields>
@@ -34,14 +34,14 @@ struct RobotPlace {
   }
 };
 
-/// What a stretch of the robot's way was after all.
+/// A later measurement of a stretch of the robot's path.
 struct CorrectedWay {
   std::uint32_t from = 0;  ///< frame in which the stretch begins
-  RelativePose before;     ///< of the robot in that frame, where it begins
-  /// Frames made since, in the axes of the robot where the stretch begins, in the order of the way.
+  RelativePose before;     ///< pose of the robot in that frame at the beginning
+  /// Frames made since, with their poses in the axes of the robot at the beginning, in the order of the path.
   std::vector<std::pair<std::uint32_t, RelativePose>> frames;
-  std::size_t within = 0;  ///< how many of them lie within the stretch
-  /// Of the last of those (x, y, z, yaw).
+  std::size_t within = 0;  ///< number of these frames that lie within the stretch
+  /// Covariance (x, y, z, yaw) of the last frame within the stretch.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
 };
 
@@ -61,39 +61,38 @@ class MapSolver {
   /// How many frames there are.
   virtual std::size_t frames() const = 0;
 
-  /// The newest experience of the graph was created where the robot is; the first one where the map starts.
-  /// @param geometry where a template was recalled there, else null. @return the robot's place from now on.
+  /// Places the newest experience of the graph at the robot, and the first one where the map starts.
+  /// @param geometry of the known template that was recalled there, or null. @return the robot's new place.
   virtual RobotPlace create(const ExperienceGraph& graph, const RobotPlace& robot,
                             const RecallGeometry* geometry) = 0;
 
-  /// The robot recognised an experience. @param relative_rad heading now relative to that of the experience
-  /// [rad].
+  /// Places the robot at a recalled experience. @param relative_rad heading now relative to that of the
+  /// experience [rad]. @param geometry of its template, or null. @return the robot's new place.
   virtual RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
                             double relative_rad, const RecallGeometry* geometry) = 0;
 
-  /// Gives the robot a frame of its own where it is, so that what follows can be mended apart from what was
-  /// before. @return its place from now on; the old one where the solver knows no such frames.
+  /// Makes a frame at the robot, so that the motion from here on can be corrected apart from the motion before.
+  /// @return the robot's new place; the old one if the solver makes no such frames.
   virtual RobotPlace anchor(const ExperienceGraph&, const RobotPlace& robot) { return robot; }
 
-  /// Covariance of the robot's pose (x, y, z, yaw) in the map, whose first place is exact; none where the solver
-  /// knows none.
+  /// Covariance of the robot's pose (x, y, z, yaw) relative to the first experience; none if the solver has none.
   virtual std::optional<Eigen::Matrix4d> covariance(const RobotPlace&) const { return std::nullopt; }
 
-  /// Whether it can take in what a stretch of the way was after all.
+  /// Whether the solver can use a later measurement of a stretch of the path.
   virtual bool corrects() const { return false; }
   virtual void correct(ExperienceGraph&, const CorrectedWay&) {}
 
-  /// Works on the poses after an action; a bounded amount of work.
+  /// Improves the poses after an action, by a bounded amount of work.
   virtual void update(ExperienceGraph& graph, RobotPlace& robot) = 0;
 
-  /// Goes on with work left over from earlier updates; a bounded amount of work.
+  /// Continues the work that earlier updates left, by a bounded amount.
   virtual void resume(ExperienceGraph& graph) = 0;
 
-  /// Finishes all work left over.
+  /// Finishes all remaining work.
   virtual void settle(ExperienceGraph& graph) = 0;
 
-  /// What the solver knows beside the graph, work in progress included: a solver that is loaded goes on as
-  /// the saved one would have.
+  /// Saves everything that does not follow from the graph, including work in progress: a loaded solver continues
+  /// exactly as the saved one would have.
   virtual void save(State& state) const = 0;
   /// @throws std::runtime_error naming what is missing or does not fit
   virtual void load(const State& state) = 0;

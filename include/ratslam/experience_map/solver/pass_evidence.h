@@ -1,12 +1,12 @@
-/// What passes over known ground say of the ways between its experiences.
+/// Relative poses of experiences, measured by repeated passes over known ground.
 ///
-/// On known ground (pose_graph_map.h) a recall makes no node of its own. The way from one recall to the next
-/// says instead where the second experience lies in the frame of the first: recall, odometry, recall. All such
-/// passes are one constraint of the pose graph, their mean, which knows the more the more there were. It fades:
-/// beyond kMostPasses the newest takes the place of the oldest, so that a map does not outlive what it shows.
+/// On known ground (pose_graph_map.h) a recall makes no node. Instead, a pass from one recall to the next
+/// measures the pose of the second experience in the frame of the first: recall, odometry, recall. The mean of
+/// all such passes is one constraint of the pose graph; each pass reduces its covariance. The mean forgets:
+/// after kMostPasses the newest pass replaces the oldest, so that the map follows a world that changes.
 ///
-/// The graph is told of a way's first pass, of its second, fourth, ..., and whenever the mean has moved away
-/// from what it was told: a place that is passed every day costs the solver nothing in the end.
+/// The constraint is updated at the first pass, the second, the fourth and so on, and whenever the mean has
+/// moved away from the constraint. So a place that is passed every day costs the solver almost nothing.
 #pragma once
 
 #include <cstddef>
@@ -25,15 +25,15 @@ class State;
 
 class PassEvidence {
  public:
-  /// One more pass from a node to another. @param way  in the map's unit
+  /// Adds a pass from one node to another. @param way  pose of `to` in the frame of `from`, in the map's unit
   void add(std::uint32_t from, std::uint32_t to, const UncertainPose& way);
 
-  /// Tells the graph what is due, which must be at rest: constraints that take part in an iteration do not
-  /// change. @return whether there was anything
+  /// Updates the constraints that are due. The solver must not be within an iteration: constraints that take part
+  /// in one must not change. @return whether any constraint was updated
   bool tell(PoseGraph& graph);
 
   std::size_t ways() const { return ways_.size(); }
-  /// Passes that are in the mean of a way; 0 where there is none.
+  /// Number of passes in the mean between two nodes; 0 if there is no pass.
   double passes(std::uint32_t from, std::uint32_t to) const;
 
   void save(State& state) const;
@@ -46,9 +46,9 @@ class PassEvidence {
     std::uint32_t to = 0;
     UncertainPose mean;
     double passes = 0.0;
-    std::uint32_t tell_at = 1;  ///< passes
-    RelativePose told;
-    std::uint64_t constraint = 0;  ///< of the graph, counted from 1; 0: not told yet
+    std::uint32_t tell_at = 1;     ///< number of passes at which the constraint is updated next
+    RelativePose told;             ///< pose that the constraint holds
+    std::uint64_t constraint = 0;  ///< number of the graph's constraint from 1 on; 0: none yet
     bool due = false;
 
     template <class Fields>
@@ -69,7 +69,7 @@ class PassEvidence {
   std::set<std::size_t> due_;
 };
 
-/// The constraint that says this; one whose kernel doubts it where it disagrees.
+/// A recall constraint with this pose and covariance. Like any recall it loses weight if it disagrees.
 Constraint recallConstraintOf(std::uint32_t from, std::uint32_t to, const UncertainPose& way);
 
 }  // namespace ratslam

@@ -1,17 +1,18 @@
-/// The weighted graph behind a map that carries scale and height.
+/// The weighted pose graph: poses with scale and height, and the constraints between them.
 ///
-/// Nodes are poses (x, y, facing, lambda = log-scale, z). A constraint says where node `to` lies in the frame
-/// of node `from`; with m its displacement (in the odometry's unit where the odometry measured it, in the
-/// map's otherwise):
+/// Nodes are poses (x, y, facing, lambda = log-scale, z). A constraint states the pose of node `to` in the frame
+/// of node `from`. Its displacement m is in the odometry's unit if odometry measured it, else in the map's.
+/// The weighted residuals of a constraint from i to j are:
 ///
 ///     r_xy     = W_xy (R(facing_i)^T (p_j - p_i) - exp(lambda_i) m_ij)
 ///     r_facing = w_r wrap(facing_j - facing_i - facing_ij)
 ///     r_lambda = w_s (lambda_j - kept lambda_i)               only where the odometry measured
 ///     r_z      = w_z (z_j - z_i - exp(lambda_i) dz_ij)
 ///
-/// The energy is the sum of squares; the share of a recall, and of what an odometry says afterwards of a
-/// stretch that it did not measure, is passed through Cauchy's kernel c^2 log(1 + r^2 / c^2), so that a wrong
-/// one cannot fold the map, while one that the odometry's uncertainty leaves possible still closes. With unit weights, lambda = 0 and z absent this is equation (6)'s energy. Node 0 is fixed.
+/// The energy is the sum of their squares. Recalls, and odometry's later corrections of unmeasured stretches,
+/// pass through Cauchy's kernel c^2 log(1 + r^2 / c^2): so a wrong recall cannot fold the map, while a right one
+/// within the odometry's uncertainty still closes the loop. With unit weights, lambda = 0 and no z this is the
+/// energy of equation (6). Node 0 is fixed.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,18 +29,18 @@ struct Constraint {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
   RelativePose measured;
-  Eigen::Matrix2d xy_weight =
-      Eigen::Matrix2d::Identity();  ///< square root of the information, in the axes of `from`
-  double yaw_weight = 1.0;          ///< 1 / standard deviation
+  /// Square root of the information of (x, y), in the axes of `from`.
+  Eigen::Matrix2d xy_weight = Eigen::Matrix2d::Identity();
+  double yaw_weight = 1.0;  ///< 1 / standard deviation, like the next two
   double scale_weight = 1.0;
   double z_weight = 1.0;
-  double scale_kept = 1.0;  ///< share of the log-scale of `from` that is left at `to`
-  bool recall = false;      ///< says nothing about scale, is measured in the map's unit, and may be wrong
-  bool vague = false;       ///< a recall of which only the place is known: the same one, more or less
-  double doubt = 1.0;       ///< of what has a kernel: its width in units of the graph's
-  bool shortcut = false;    ///< odometry over a stretch that the chain of constraints tells, too
+  double scale_kept = 1.0;  ///< factor from the log-scale of `from` to its part at `to`
+  bool recall = false;      ///< a recall: no information about scale, in the map's unit, may be wrong
+  bool vague = false;       ///< a recall without image geometry: about the same place
+  double doubt = 1.0;       ///< width of this constraint's kernel, in units of the graph's
+  bool shortcut = false;    ///< later odometry over a stretch that the chain of constraints also covers
 
-  /// Whether it can disagree with the constraints before it.
+  /// Whether the constraint closes a loop, and so can disagree with earlier constraints.
   bool closes() const { return recall || shortcut; }
 
   template <class Fields>
@@ -59,7 +60,7 @@ struct Constraint {
   }
 };
 
-/// Of a node (x, y, facing, log-scale, z) in the map, node 0 being exact.
+/// Covariance of a node (x, y, facing, log-scale, z) relative to node 0.
 using NodeCovariance = Eigen::Matrix<double, 5, 5>;
 using Residual = Eigen::Matrix<double, 5, 1>;          ///< weighted: along, across, facing, log-scale, height
 using ResidualJacobian = Eigen::Matrix<double, 5, 5>;  ///< by (x, y, facing, log-scale, z) of a node
@@ -78,15 +79,15 @@ class PoseGraph {
   const std::vector<MapPose>& nodes() const { return nodes_; }
   std::vector<MapPose>& nodes() { return nodes_; }
   const std::vector<Constraint>& constraints() const { return constraints_; }
-  /// To weigh constraints anew; whoever does says so with reweighed().
+  /// For changing weights. Call reweighed() after a change.
   std::vector<Constraint>& constraints() { return constraints_; }
-  /// Grows with every change that may leave the nodes away from the optimum.
+  /// Counts the changes after which the nodes may no longer be at the optimum.
   std::size_t evidence() const { return evidence_; }
   void reweighed() { ++evidence_; }
 
   std::uint32_t addNode(const MapPose& pose);
 
-  /// @throws std::invalid_argument where an end does not exist or both ends are the same.
+  /// @throws std::invalid_argument if an end does not exist or both ends are the same.
   void addConstraint(const Constraint& constraint);
 
   static Residual residual(const Constraint& constraint, const MapPose& from, const MapPose& to);
@@ -103,8 +104,8 @@ class PoseGraph {
   /// step.
   double weight(const Constraint& constraint, double squared) const;
 
-  /// Energy of the graph with its nodes at `nodes`. @param first constraint that counts; @param sum of those
-  /// before it.
+  /// Energy of the graph with its nodes at `nodes`. @param first constraint to count. @param sum energy of the
+  /// constraints before it.
   double energy(const std::vector<MapPose>& nodes, std::size_t first = 0, double sum = 0.0) const;
 
   void save(State& state) const;

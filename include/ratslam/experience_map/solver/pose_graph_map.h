@@ -1,26 +1,27 @@
-/// The default solver of the experience map: a weighted graph, kept at its optimum in slices.
+/// The default solver of the experience map: a weighted pose graph that is kept at its optimum in slices.
 ///
-/// Frames are the nodes of a pose graph (pose_graph.h). The robot's way through them is one unbroken chain of
-/// stiff odometry constraints; each created experience is a node of it. Recalling an experience adds a node
-/// of its own, where the robot stands, and a loose constraint from the experience to it:
+/// Frames are the nodes of a pose graph (pose_graph.h). The robot's path is one unbroken chain of stiff odometry
+/// constraints. Each created experience is a node of the chain. A recall adds a node at the robot's present pose
+/// and a loose constraint to it from the recalled experience:
 ///
-///  - without image geometry: the same place and heading, give or take exp_recall_sigma and
-///  exp_recall_facing_sigma, or what recall_spread.h has learned;
-///  - with it: the measured heading, tight across the measured direction of the offset, loose along it.
+///  - Without image geometry: the same place and heading, with the standard deviations exp_recall_sigma and
+///    exp_recall_facing_sigma, or those that recall_spread.h has learned.
+///  - With image geometry: the measured heading, and an offset that is tight across its measured direction and
+///    loose along it.
 ///
-/// So a link by recall is a composition - odometry to the present place, which is the matched one up to about
-/// a metre - and the chain goes on from where the robot is, not from where it was when it first came by.
+/// The chain continues from the new node and not from the experience, because the robot is near the experience
+/// but not exactly there.
 ///
-/// An experience that has been recalled more often is known ground. Where a further recall agrees with the map
-/// it makes no node: the robot stands beside the experience (standing.h), and the way from one such recall to
-/// another adds evidence to what is known of the way between the two (pass_evidence.h). Its ends are as far apart
-/// as it takes for odometry to err as much as a recall does: what is between them would say little more. So the graph grows with
-/// the ground that has been seen, not with the time that is spent on it (cf. the reduced pose graph of Johannsson,
-/// Kaess, Fallon & Leonard, "Temporally scalable visual SLAM using a reduced pose graph", ICRA 2013).
+/// An experience that has been recalled several times is known ground. A further recall that agrees with the map
+/// makes no node there: the robot is placed beside the experience (standing.h). The path from one such recall to
+/// another is evidence of the relative pose of the two experiences (pass_evidence.h). The two lie so far apart
+/// that odometry between them errs as much as a recall does; recalls between them would add little. So the graph
+/// grows with the area that was seen and not with time (cf. the reduced pose graph of Johannsson, Kaess, Fallon &
+/// Leonard, "Temporally scalable visual SLAM using a reduced pose graph", ICRA 2013).
 ///
-/// Geometry is relative to where the template was learned. An experience that was created where a known
-/// template was recalled lies elsewhere: its offset from there is kept as far as it is known, and geometry is
-/// used only as far.
+/// Image geometry is relative to the place where the template was learned. An experience that was created when a
+/// known template was recalled lies elsewhere. Its offset from the template's place is kept as far as it is
+/// known: if only the rotation is known, only the rotation of later geometry is used.
 #pragma once
 
 #include <map>
@@ -61,10 +62,10 @@ class PoseGraphMap : public MapSolver {
   const PassEvidence& evidence() const { return evidence_; }
 
  private:
-  /// Where an experience lies relative to where its template was learned, in the axes of then.
+  /// Pose of an experience relative to the place where its template was learned, in the robot's axes there.
   struct TemplateOffset {
     double rotation = 0.0;                        ///< [rad]
-    std::optional<Eigen::Vector2d> displacement;  ///< [m], unless the distance is unknown
+    std::optional<Eigen::Vector2d> displacement;  ///< [m]; none if the distance is unknown
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -74,9 +75,9 @@ class PoseGraphMap : public MapSolver {
   };
 
   std::uint32_t extendChain(const RobotPlace& robot);
-  /// What the robot's odometry since it was placed makes a constraint to where it is.
+  /// Odometry constraint from the pose at which the robot was placed to its present pose.
   Constraint drivenConstraint(const RobotPlace& robot) const;
-  /// The same from its frame, beside which it may have been placed.
+  /// The same from the robot's frame, beside which it may have been placed.
   Constraint chainConstraint(const RobotPlace& robot) const;
   /// Covariance of the newest node, once the solver has reached an optimum.
   void takeCovariance();
@@ -84,43 +85,43 @@ class PoseGraphMap : public MapSolver {
   void setWeights(Constraint& constraint, const Eigen::Matrix2d& xy, double z, double yaw) const;
   Constraint recallConstraint(std::uint32_t experience, double relative_rad,
                               const RecallGeometry* geometry) const;
-  // Known ground (known_ground.cpp).
-  /// Whether a recall, not yet joined to anything, is to make no node.
+  // Known ground (known_ground.cpp). The recalls are constraints that are not part of the graph.
+  /// Whether a recall is on known ground, and so makes no node.
   bool onKnownGround(std::uint32_t experience, const Constraint& recall, const RobotPlace& robot) const;
   bool agrees(const Constraint& recall, const RobotPlace& robot) const;
-  /// Whether a recall disagrees alone with where recalls before it have placed the robot: it is left out.
+  /// Whether a recall is to be ignored, because it alone disagrees with the place given by the recalls before.
   bool strayed(std::uint32_t experience, const Constraint& recall, const RobotPlace& robot);
-  /// A recall that makes no node. @return the robot's place beside the experience
+  /// Uses a recall without making a node. @return the robot's place beside the experience
   RobotPlace pass(const Constraint& recall, const RobotPlace& robot);
-  /// Where the robot is in the axes of a node.
+  /// The robot's pose by odometry, in the axes of a node.
   Prediction predicted(const RobotPlace& robot, const MapPose& place) const;
-  /// How well its place relative to its frame is known, in the axes of the frame [m].
+  /// Covariance of the robot's pose relative to its frame, in the axes of the frame [m].
   NodeCovariance spreadBeside(const RobotPlace& robot, const Constraint& driven) const;
-  /// What it has driven since it was placed, in its own axes of then and the map's unit.
+  /// The robot's motion since it was placed, in its axes at that time and the map's unit.
   UncertainPose drivenWay(const RobotPlace& robot) const;
-  /// Goes on with the robot's way up to a recall that agrees, and makes evidence of it where it is long enough.
+  /// Continues the robot's pass up to a recall that agrees. If the pass is long enough, adds it as evidence.
   void goOn(Standing& standing, std::uint32_t to, const UncertainPose& seen, const RobotPlace& robot);
 
   void work(ExperienceGraph& graph, std::int64_t amount);
-  /// Weighs recalls anew where enough have come in. @return whether it did
+  /// Weighs the recalls anew if there are enough new ones. @return whether it did
   bool learnSpread();
 
   ExperienceMapParams params_;
   PoseGraph pose_graph_;
   PoseGraphSolver solver_;
-  std::vector<std::uint32_t> nodes_;     ///< of the experiences
-  std::vector<TemplateOffset> offsets_;  ///< of the experiences
-  std::vector<std::uint32_t> recalls_;   ///< of the experiences that made nodes
+  std::vector<std::uint32_t> nodes_;     ///< node of each experience
+  std::vector<TemplateOffset> offsets_;  ///< of each experience
+  std::vector<std::uint32_t> recalls_;   ///< of each experience, the number of recalls that made nodes
   RecallSpread spread_;
   PassEvidence evidence_;
-  std::optional<std::uint32_t> beside_;  ///< node that the robot stands beside, if it does
-  std::uint32_t strays_ = 0;             ///< recalls in a row that disagreed
-  /// Covariance of the newest node, or of that which the robot stands beside.
+  std::optional<std::uint32_t> beside_;  ///< node beside which the robot is placed, if it is
+  std::uint32_t strays_ = 0;             ///< consecutive recalls that disagreed
+  /// Covariance of the newest node, or of the node beside which the robot is placed.
   NodeCovariance newest_covariance_ = NodeCovariance::Zero();
-  std::map<std::uint32_t, NodeCovariance> ground_;  ///< of nodes that it has stood beside
-  bool recalled_ = false;  ///< the last action added evidence: a created experience leaves nothing to solve
-  double disagreement_ =
-      0.0;  ///< of recalls with the map that is left to mend [standard deviations of place]
+  std::map<std::uint32_t, NodeCovariance> ground_;  ///< of the nodes beside which it has been placed
+  bool recalled_ = false;  ///< the last action added evidence; after a mere creation nothing is left to solve
+  /// Disagreement of recalls with the map that is still to be corrected [standard deviations of place].
+  double disagreement_ = 0.0;
 };
 
 }  // namespace ratslam

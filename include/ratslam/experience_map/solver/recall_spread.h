@@ -1,12 +1,13 @@
-/// How far the robot is from a place when it recalls it: learned, so that a car, a train and a robot of a hand's
-/// size need no tuning.
+/// Standard deviation of the robot's distance from a place that it recalls. It is learned, so that a car, a train
+/// and a robot of a hand's size need no tuning.
 ///
-/// Templates are learned anew once the view has changed too much; the way between them, the median of the ways
-/// between created experiences, and a third more is how far the same place reaches at most. That is the spread
-/// along and across the heading to begin with. Recalls that agree with the map then tell how much less it is:
-/// the spread of their residuals at the optimum (1.4826 times the median of their sizes), joined with the first
-/// guess as if that were ten recalls, and never below what the spacing alone allows (spacing / sqrt(12), a place
-/// anywhere between two templates). What disagrees by more is the odometry's error, not the recall's.
+/// 1. First guess. A new template is learned when the view has changed too much. So the distance between
+///    templates tells how far away a place can still be recalled: at most 4/3 of the median distance between
+///    created experiences. That is the first guess of the spread, along and across the heading.
+/// 2. Learning. The residuals at the optimum of the recalls that agree with the map give the spread as 1.4826
+///    times the median of their sizes. The first guess is averaged in as if it were ten recalls. The spread is at
+///    least spacing / sqrt(12): that of a place anywhere between two templates.
+/// A residual above that is an error of the odometry and not of the recall.
 #pragma once
 
 #include <vector>
@@ -17,19 +18,19 @@ namespace ratslam {
 
 class RecallSpread {
  public:
-  /// @param place  spread of the place [m], 0: learned   @param facing  of the heading, to begin with [rad]
+  /// @param place  fixed spread of the place [m]; 0: learned   @param facing  first guess for the heading [rad]
   RecallSpread(double place, double facing);
 
-  /// A way driven from one created experience to the next.
+  /// Adds the length of the path from one created experience to the next [m].
   void addSpacing(double length);
 
-  /// About how far a place reaches, which other lengths are measured by [m].
+  /// Size of a place [m]: the unit in which pose_graph_map.cpp states other lengths.
   double place() const { return fixed_ ? first_place_ : spacing_; }
 
-  /// Weighs a vague recall.
+  /// Sets the weights of a recall without image geometry.
   void weigh(Constraint& recall) const;
 
-  /// Learns from the residuals of a graph at its optimum where there are enough recalls more than the last time.
+  /// Learns from the residuals of a graph at its optimum, if there are enough new recalls.
   /// @return whether recalls are to be weighed anew
   bool learn(const PoseGraph& graph);
 
@@ -51,8 +52,8 @@ class RecallSpread {
   double first_facing_;
   std::vector<double> spacings_;
   double spacing_ = 1.0;
-  std::uint64_t counted_at_ = 0;  ///< spacings when their median was last taken
-  std::uint64_t learned_at_ = 0;  ///< recalls when their residuals were last looked at
+  std::uint64_t counted_at_ = 0;  ///< number of spacings at the last median
+  std::uint64_t learned_at_ = 0;  ///< number of recalls at the last call of learn() that used them
   /// Standard deviations learned so far; 0: none yet.
   double along_ = 0.0;
   double across_ = 0.0;

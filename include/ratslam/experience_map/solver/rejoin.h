@@ -1,10 +1,10 @@
-/// What lies beyond a way that nobody measured goes to where a recall says it is.
+/// Loop closure after an unmeasured stretch of the path.
 ///
-/// An odometry that was silent for a while leaves constraints so loose that the robot may be anywhere, turned any
-/// way. The recall that says where it is then disagrees so strongly that Cauchy's kernel all but switches it off,
-/// and no descent from there finds the map in which everything agrees. So the nodes beyond the loose constraints
-/// are moved as one body to where the recall fits, if that lowers the energy of all that joins the two sides: a
-/// wrong recall is outvoted as soon as there are more right ones.
+/// While the odometry is silent, the chain gets constraints so loose that the robot may be anywhere, with any
+/// heading. The recall after that disagrees so strongly that Cauchy's kernel all but switches it off. Descent
+/// from there cannot reach the map in which everything agrees. So rejoin() moves the nodes beyond the loose
+/// constraints as one rigid body to where the recall fits, if that lowers the energy of all constraints between
+/// the two sides. A wrong recall is undone in the same way as soon as more recalls contradict it.
 #pragma once
 
 #include "ratslam/experience_map/solver/pose_graph.h"

@@ -1,14 +1,16 @@
 /// OpenRatSLAM's relaxation, equation (6), in the reference arithmetic of docs/model.md.
 ///
-/// Each sweep visits experiences by id and their outgoing links by age. With l = where the link says its end
-/// should be, both ends move by alpha (end - l), start towards, end back; then the facings likewise. All
-/// links count the same.
+/// Each sweep visits experiences by id and their outgoing links by age. Let l be the position of the link's end
+/// by the measured link. The start moves by alpha (end - l), the end by the opposite; then the two facings move
+/// in the same way. All links have the same weight.
 ///
-/// Facings do not hang on places. So links are turned first, a block at a time, which gives their directions;
-/// then the sines and cosines of the block are computed together (sine_cosine.h), unless all directions are
-/// what they were at the last sweep, as in a map at rest; then its ends are moved, while the next block is
-/// turned: turning and moving are chains of operations of which each waits for the one before, but a
-/// processor follows both at a time.
+/// Facings do not depend on positions. So each block of links is processed in three passes:
+///  1. turn: update the facings of the ends, which gives the directions of the links;
+///  2. compute the sines and cosines of the block together (sine_cosine.h), unless all directions are the same
+///     as at the last sweep, as in a map at rest;
+///  3. move the ends.
+/// One block is moved while the next one is turned: each is a chain of dependent operations, and a processor
+/// can execute two such chains at the same time.
 #pragma once
 
 #include <cstddef>
@@ -33,12 +35,12 @@ class Relaxation : public MapSolver {
   RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
                     double relative_rad, const RecallGeometry* geometry) override;
 
-  /// Sweeps. The robot keeps the heading it had in the map before them.
+  /// Does the sweeps. The robot keeps its heading in the map.
   void update(ExperienceGraph& graph, RobotPlace& robot) override;
   void resume(ExperienceGraph&) override {}
   void settle(ExperienceGraph&) override {}
 
-  /// Everything it keeps follows from the graph.
+  /// Nothing is saved: everything follows from the graph.
   void save(State&) const override {}
   void load(const State&) override;
 
@@ -72,7 +74,7 @@ class Relaxation : public MapSolver {
   SinesCosines sines_cosines_;
   std::size_t links_taken_ = 0;
   std::vector<Spring> springs_;     ///< by id of the start, then by age
-  std::vector<double> directions_;  ///< of the links in the map at their last turn
+  std::vector<double> directions_;  ///< of the links in the map, at the last sweep
   std::vector<double> sines_;       ///< of the directions
   std::vector<double> cosines_;
   std::vector<Place> places_;    ///< of the experiences

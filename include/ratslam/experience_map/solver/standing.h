@@ -1,8 +1,8 @@
-/// Where the robot stands beside an experience that it has recalled on known ground (pose_graph_map.h): the
-/// recall made no frame of its own, so that the robot's place is an offset from the experience's.
+/// The robot's pose beside an experience that it has recalled on known ground (pose_graph_map.h). Such a recall
+/// makes no frame. So the robot's place is stated as an offset from the experience.
 ///
-/// The offset is a Kalman filter's: odometry predicts it, each recall corrects it. The map is taken as exact,
-/// for it knows much more than one recall.
+/// A Kalman filter estimates the offset: odometry predicts it, each recall corrects it. The map counts as exact,
+/// because it is known much better than one recall.
 #pragma once
 
 #include "ratslam/experience_map/solver/pose_graph.h"
@@ -11,12 +11,12 @@
 namespace ratslam {
 
 struct Standing {
-  bool beside = false;  ///< else the robot's motion began in the frame itself
-  RelativePose at;      ///< where it began
-  /// Of that, (x, y, facing, log-scale, z) in the axes of the frame [m].
+  bool beside = false;  ///< the robot's motion began beside the frame; false: in the frame
+  RelativePose at;      ///< pose in the frame at which the motion began
+  /// Covariance of `at` (x, y, facing, log-scale, z) in the axes of the frame [m].
   NodeCovariance covariance = NodeCovariance::Zero();
-  /// The way, told by odometry alone, since a recall that nothing has been made of yet: from the node of its
-  /// experience, in the map's unit.
+  /// The present pass (pass_evidence.h): node of the experience at whose recall it began, and the motion since
+  /// by odometry alone, in the map's unit.
   std::uint32_t way_from = 0;
   UncertainPose way;
   /// Logarithm of the odometry's unit now per its unit at the frame.
@@ -33,17 +33,17 @@ struct Standing {
   }
 };
 
-/// Where the robot is after odometry, and how well that is known: in the axes of the place, in map metres.
+/// The robot's pose predicted by odometry, in the axes of a place, in map metres.
 struct Prediction {
   RelativePose pose;
   double log_scale = 0.0;  ///< map metres per metre of odometry
   NodeCovariance covariance = NodeCovariance::Zero();
 };
 
-/// The prediction corrected by what a recall says of the pose. @param log_scale  of the place
+/// Corrects the prediction by the pose that a recall measured (Kalman update). @param log_scale  of the place
 Standing stand(const Prediction& predicted, const UncertainPose& seen, double log_scale);
 
-/// (x, y, z, yaw) as a recall with these weights knows them.
+/// Covariance (x, y, z, yaw) of a constraint with these weights.
 Eigen::Matrix4d covarianceOf(const Constraint& constraint);
 
 }  // namespace ratslam

@@ -1,4 +1,4 @@
-/// A pose relative to another one with what is not known of it, and how such poses are joined.
+/// A relative pose with covariance, and the operations on such poses: composition, inverse, mean.
 ///
 /// Covariances are of (x, y, z, yaw) in the axes in which the pose is given, to first order (Smith, Self &
 /// Cheeseman, "Estimating uncertain spatial relationships in robotics", 1990).
@@ -21,14 +21,13 @@ struct UncertainPose {
   }
 };
 
-/// First `a`, then `b`, which is given in the axes of where `a` ends. Their errors are independent.
+/// Composition: `a`, then `b`, which is given in the axes at the end of `a`. Their errors are independent.
 UncertainPose joined(const UncertainPose& a, const UncertainPose& b);
 
-/// Where the start is, seen from the end.
+/// Inverse: the start in the axes of the end.
 UncertainPose inverted(const UncertainPose& a);
 
-/// What is left once one is known as well as the other says, both being of the same pose: weighted by what they
-/// know.
+/// Mean of two independent measurements of the same pose, weighted by their information.
 UncertainPose combined(const UncertainPose& a, const UncertainPose& b);
 
 }  // namespace ratslam

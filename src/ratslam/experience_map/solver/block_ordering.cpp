@@ -10,7 +10,7 @@ namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Unknowns that have other neighbours than their predecessor and successor.
+/// Marks the unknowns with other neighbours than their predecessor and successor.
 std::vector<char> findJunctions(std::uint32_t unknowns, const std::vector<Edge>& edges) {
   std::vector<char> junction(unknowns, 0);
   for (const Edge& edge : edges) {
@@ -20,7 +20,7 @@ std::vector<char> findJunctions(std::uint32_t unknowns, const std::vector<Edge>&
   return junction;
 }
 
-/// Edges as lists: for each column the rows below the diagonal, one after the other.
+/// Edges in compressed columns: for each column the rows below the diagonal.
 struct Adjacency {
   std::vector<std::size_t> begin;
   std::vector<std::uint32_t> rows;
@@ -40,12 +40,12 @@ Adjacency listEdges(const std::vector<std::uint32_t>& position, const std::vecto
   return adjacency;
 }
 
-/// Junctions in the order of their elimination, given the edges between them that remain once chains are
-/// eliminated. @param index_of_junction by unknown.
+/// The junctions in their order of elimination. @param index_of_junction of each unknown. @param edges between
+/// junctions, after elimination of the chains.
 std::vector<std::uint32_t> orderJunctions(const std::vector<std::uint32_t>& junctions,
                                           const std::vector<std::uint32_t>& index_of_junction,
                                           const std::vector<Edge>& edges) {
-  // One half of the symmetric pattern, column by column. Eigen's triplets would take longer than the
+  // Fills one half of the symmetric pattern column by column. Eigen's triplets would take longer than the
   // ordering.
   using Pattern = Eigen::SparseMatrix<float>;
   const auto size = static_cast<Eigen::Index>(junctions.size());
@@ -73,7 +73,7 @@ std::vector<std::uint32_t> orderJunctions(const std::vector<std::uint32_t>& junc
   return order;
 }
 
-/// For each column the rows below the diagonal that fill in, ascending.
+/// Finds for each column the non-zero rows below the diagonal, fill-in included, ascending.
 void eliminateSymbolically(const Adjacency& adjacency, BlockStructure& structure) {
   const auto columns = static_cast<std::uint32_t>(structure.position.size());
   const std::uint32_t none = columns;
@@ -130,7 +130,7 @@ BlockStructure orderBlocks(std::uint32_t unknowns, const std::vector<Edge>& edge
       continue;
     }
     index_of_junction[unknown] = static_cast<std::uint32_t>(junctions.size());
-    // A chain that has been eliminated joins the junctions at its ends.
+    // Elimination of a chain joins the junctions at its ends.
     if (!junctions.empty()) remaining.emplace_back(junctions.back(), unknown);
     junctions.push_back(unknown);
   }

@@ -1,4 +1,4 @@
-// Recalls on known ground: they place the robot and add evidence, but no node.
+// Recalls on known ground (pose_graph_map.h): they place the robot and add evidence, but no node.
 #include <cmath>
 
 #include "ratslam/experience_map/solver/pose_graph_map.h"
@@ -6,25 +6,25 @@
 namespace ratslam {
 namespace {
 
-/// Recalls of an experience that make nodes, before its ground counts as known.
+/// Number of recalls of an experience that make nodes, before it counts as known ground.
 constexpr std::uint32_t kRecallsWithNodes = 2;
 
-/// Share of its weight that the kernel leaves to a recall that agrees with the map.
+/// A recall agrees with the map if the kernel leaves it at least this share of its weight.
 constexpr double kAgrees = 0.5;
 
-/// Nodes per experience beyond which a recall that disagrees makes none, either: the robot is then taken to be
-/// where it was recalled, until the next one.
+/// Bound on nodes per experience. Beyond it a recall that disagrees makes no node either: it places the robot
+/// until the next recall.
 constexpr std::size_t kMostNodes = 8;
 
-/// Ways per experience beyond which passes only add to those that are known.
+/// Bound on relative poses per experience in PassEvidence. Beyond it passes only add to known ones.
 constexpr std::size_t kMostWays = 4;
 
-/// Variance of a prediction that is not worth anything, in those of a recall.
+/// Variance of a prediction that is not used, in units of a recall's variance.
 constexpr double kWorthless = 1e6;
 
 MapPose unscaled(const MapPose& pose) { return {pose.x, pose.y, pose.z, pose.yaw, 0.0}; }
 
-/// Each recall is told of twice, by the way that leads to it and by the one that leads on: half of it each time.
+/// Halves the information of a recall: each recall is used twice, by the pass before it and by the pass after.
 UncertainPose half(UncertainPose seen) {
   seen.covariance *= 2.0;
   return seen;
@@ -100,7 +100,7 @@ NodeCovariance PoseGraphMap::spreadBeside(const RobotPlace& robot, const Constra
   spread(2, 2) += own(3, 3);
   spread(3, 3) += 1.0 / (driven.scale_weight * driven.scale_weight);
   spread(4, 4) += own(2, 2);
-  if (!params_.exp_scale) {  // the unit is taken as it is
+  if (!params_.exp_scale) {  // the scale is no unknown
     spread.row(3).setZero();
     spread.col(3).setZero();
   }
@@ -123,7 +123,7 @@ void PoseGraphMap::goOn(Standing& standing, std::uint32_t to, const UncertainPos
                         const RobotPlace& robot) {
   const UncertainPose driven = drivenWay(robot);
   if (!robot.standing.beside) {
-    // From a node that is the robot's own: it is left only once.
+    // The pass began at a node that no other pass begins at, so it is a constraint of its own.
     if (robot.frame == to) return;
     pose_graph_.addConstraint(recallConstraintOf(to, robot.frame, joined(half(seen), inverted(driven))));
     recalled_ = true;
@@ -132,7 +132,7 @@ void PoseGraphMap::goOn(Standing& standing, std::uint32_t to, const UncertainPos
   const UncertainPose way = joined(robot.standing.way, driven);
   const std::uint32_t from = robot.standing.way_from;
   const auto spread = [](const UncertainPose& pose) { return pose.covariance(0, 0) + pose.covariance(1, 1); };
-  const double likely = 2.0 * spread(seen);  // what the recall at the start says, and as much again
+  const double likely = 2.0 * spread(seen);  // both recalls, at the start and at the end
   const bool known = evidence_.passes(from, to) > 0.0;
   if (from == to || spread(way) < (known ? 1.0 : 1.5) * likely) {
     standing.way_from = from;

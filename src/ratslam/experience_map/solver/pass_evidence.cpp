@@ -10,8 +10,8 @@
 namespace ratslam {
 namespace {
 
-constexpr double kMostPasses = 16.0;  // that a mean remembers
-constexpr double kMoved = 3.0;        // standard deviations of the mean from which on the graph is told again
+constexpr double kMostPasses = 16.0;  // number of passes that a mean remembers
+constexpr double kMoved = 3.0;  // a mean that has moved by more updates its constraint [standard deviations]
 
 Eigen::Vector4d apart(const RelativePose& a, const RelativePose& b) {
   return {b.x - a.x, b.y - a.y, b.z - a.z, wrapAngle(b.yaw - a.yaw)};

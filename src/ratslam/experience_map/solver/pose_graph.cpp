@@ -10,7 +10,7 @@
 namespace ratslam {
 namespace {
 
-/// Displacement from one node to the other in the axes of the first, and the scale at which it is measured.
+/// Displacement from one node to another in the axes of the first, and the scale of its measurement.
 struct Displacement {
   double cos, sin;  ///< of the facing of the first
   double x, y;

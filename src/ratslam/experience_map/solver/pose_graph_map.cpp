@@ -11,48 +11,49 @@
 namespace ratslam {
 namespace {
 
-/// Work of one update, in block products: at least, and where a recall disagrees strongly with the map. In
-/// between it grows with the square of the disagreement beyond what recalls usually have, so that what is
-/// visible is mended soon and the rest costs little.
+/// Work of one update in block products: the least, and the most, for a recall that disagrees strongly with the
+/// map. In between it grows with the square of the unusual disagreement. So visible errors are corrected soon,
+/// and small ones cost little.
 constexpr std::int64_t kLeastWork = 5000;
 constexpr std::int64_t kGreatestWork = 400000;
 
-/// Disagreement, in exp_recall_sigma, up to which a recall says nothing new, and from which an update works
-/// as much as it may.
+/// Usual disagreement of a recall, which needs only the least work, and the disagreement that gets the most
+/// work [exp_recall_sigma].
 constexpr double kUsualDisagreement = 1.0;
 constexpr double kStrongDisagreement = 5.0;
 
-/// Steps below this share of exp_recall_sigma, or of the smallest place a robot may know where that is learned
-/// [m], end the solver's iterations.
+/// A step below this share of exp_recall_sigma ends the solver's iterations. If exp_recall_sigma is learned, the
+/// smallest possible place [m] takes its role.
 constexpr double kTolerance = 1e-7;
 constexpr double kSmallestPlace = 0.1;
 
-/// A stretch as short as this share of exp_recall_sigma is as uncertain as one of this length.
+/// A stretch shorter than this share of exp_recall_sigma gets the uncertainty of one of this length.
 constexpr double kShortestStretch = 0.01;
 
-/// Odometry is never believed to be better than this: place [exp_recall_sigma], facing [rad], log-scale.
+/// Least standard deviations of an odometry constraint: place [exp_recall_sigma], facing [rad], log-scale.
 constexpr double kLeastError = 1e-3;
 constexpr double kLeastTurnError = 1e-5;
 constexpr double kLeastScaleError = 1e-6;
 
-/// Errors that the steps of an odometry share and none of them can know, over a stretch of one place: relative
-/// to it (of the height somewhat more: an error of the pitch stays), and of the facing [rad] (0.2 degrees in 100 places).
+/// Systematic errors of an odometry, which the covariance of single steps leaves out, over a stretch of one
+/// place: relative to its length (more for the height, because an error of the pitch persists), and of the facing
+/// [rad] (0.2 degrees in 100 places).
 constexpr double kSharedPlaceError = 0.01;
 constexpr double kSharedHeightError = 0.012;
 constexpr double kSharedTurnError = 3e-4;
 
-/// How little is known of a way that nobody measured: place [exp_recall_sigma], facing [rad], log-scale. Just
-/// enough to hold what lies beyond it until a recall says where it is.
+/// Standard deviations of an unmeasured motion: place [exp_recall_sigma], facing [rad], log-scale. They are just
+/// small enough to keep the system definite until a recall places the nodes beyond.
 constexpr double kLostPlace = 1000.0;
 constexpr double kLostFacing = 10.0;
 constexpr double kLostScale = 1.0;
 
-/// A correction says four things at once, a recall mostly two: twice as far off is as doubtful.
+/// Width of a correction's kernel. A correction has four residuals, a recall mostly two: so its kernel is wider.
 constexpr double kCorrectionDoubt = 2.0;
 
 double square(double value) { return value * value; }
 
-/// A node that the robot has stood beside, as it is saved.
+/// A node beside which the robot has been placed, in its saved form.
 struct KnownNode {
   std::uint32_t node = 0;
   NodeCovariance covariance = NodeCovariance::Zero();
@@ -136,8 +137,8 @@ void PoseGraphMap::correct(ExperienceGraph& graph, const CorrectedWay& way) {
     corrected[frame] = compose(start, pose);
     corrected[frame].log_scale = nodes[frame].log_scale;
   }
-  // The chain within the stretch follows its new course; how loose its links are is told by what was said of
-  // them then, and the whole by one constraint more.
+  // The chain within the stretch follows the corrected path. Its constraints keep their weights; one more
+  // constraint over the whole stretch carries the weight of the correction.
   for (Constraint& constraint : pose_graph_.constraints()) {
     const auto from = corrected.find(constraint.from);
     const auto to = corrected.find(constraint.to);
@@ -196,7 +197,7 @@ std::optional<Eigen::Matrix4d> PoseGraphMap::covariance(const RobotPlace& robot)
 
 NodeCovariance PoseGraphMap::carried(const Constraint& constraint, const NodeCovariance& covariance) const {
   NodeCovariance end = PoseGraph::propagate(constraint, pose_graph_.nodes()[constraint.from], covariance);
-  if (!params_.exp_scale) {  // the unit is taken as it is
+  if (!params_.exp_scale) {  // the scale is no unknown
     end.row(3).setZero();
     end.col(3).setZero();
   }
@@ -211,7 +212,7 @@ void PoseGraphMap::takeCovariance() {
   const auto known = solver_.newestCovariance();
   if (!known) return;
   newest_covariance_ = known->second;
-  // The chain that has been appended since.
+  // Propagate along the chain that has been appended since.
   for (const Constraint& constraint : pose_graph_.constraints()) {
     if (constraint.closes() || constraint.from < known->first) continue;
     newest_covariance_ = carried(constraint, newest_covariance_);
@@ -234,7 +235,7 @@ Constraint PoseGraphMap::drivenConstraint(const RobotPlace& robot) const {
   Constraint chain;
   chain.from = robot.frame;
   chain.measured = robot.motion.pose;
-  // Where the source says nothing of its errors they are random walks: variances grow with the way driven.
+  // For a source without covariance the errors are random walks: variances grow with the path length.
   const double place = spread_.place();
   const auto stretches = [place](double length) {
     return std::sqrt(std::max(length / place, kShortestStretch));
@@ -245,7 +246,7 @@ Constraint PoseGraphMap::drivenConstraint(const RobotPlace& robot) const {
     chain.z_weight = 1.0 / (params_.exp_odometry_sigma * place * unsaid);
     chain.yaw_weight = 1.0 / (params_.exp_rotation_sigma * unsaid);
   } else {
-    // What a source says of its steps leaves out what all of them share (a lens, a mounting, a wheel).
+    // The covariance of single steps leaves out the errors that all steps share (lens, mounting, wheel).
     const double unsaid = std::max(robot.motion.length - error.said_length, 0.0) / place;
     const double shared = robot.motion.length / place;
     const auto variance = [&](double shared_error) {
@@ -348,7 +349,7 @@ void PoseGraphMap::load(const State& state) {
 
 void PoseGraphMap::work(ExperienceGraph& graph, std::int64_t amount) {
   if (!solver_.advance(pose_graph_, amount)) return;
-  // What the last step moved tells how far the map was, and so about how far it still is, from the optimum.
+  // The size of the last step estimates the remaining distance from the optimum.
   disagreement_ = solver_.settled(pose_graph_) ? 0.0 : solver_.lastStep() / spread_.place();
   if (solver_.settled(pose_graph_)) {
     takeCovariance();

@@ -10,7 +10,7 @@
 namespace ratslam {
 namespace {
 
-/// Cost of the parts of an iteration that are not block products, in units of one.
+/// Cost of the other parts of an iteration, in block products.
 constexpr std::int64_t kWorkPerLinearisation = 12;
 constexpr std::int64_t kWorkPerOrderedNode = 10;
 constexpr std::int64_t kWorkPerSteppedNode = 6;
@@ -38,7 +38,7 @@ class PoseGraphSolver::Iteration {
   virtual void load(const State& state, const PoseGraph& graph) = 0;
 };
 
-/// `Size` unknowns a node: x, y, facing, then log-scale and height as far as they take part.
+/// An iteration with `Size` unknowns per node: x, y, facing, then log-scale and height if they are unknowns.
 template <int Size>
 class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
  public:
@@ -75,9 +75,9 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
 
   bool advance(PoseGraph& graph, std::int64_t work) override {
     bool moved = false;
-    // Asked for work on a settled graph: to the optimum of what has been appended since, too.
+    // On a settled graph the work goes into the nodes that have been appended since the last order.
     if (settled(graph) && !complete(graph)) order(graph, balance_);
-    // Ordering and stepping are not sliced: what they overdraw is paid for by the slices to come.
+    // Ordering and stepping are not sliced. If they take more than is left, later slices get less.
     balance_ = std::min<std::int64_t>(balance_, 0) + work;
     while (balance_ > 0 && !settled(graph)) {
       switch (stage_) {
@@ -148,7 +148,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   using Vector = typename BlockCholesky<Size>::Vector;
   using Block = typename BlockCholesky<Size>::Block;
 
-  /// Takes the graph as it is now: nodes and constraints that come later have to wait for the next order.
+  /// Orders the unknowns of the present graph. Later nodes and constraints take part from the next order on.
   void order(const PoseGraph& graph, std::int64_t& work) {
     nodes_ = static_cast<std::uint32_t>(graph.nodes().size());
     constraints_ = graph.constraints().size();
@@ -237,7 +237,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
     return block;
   }
 
-  /// Moves the nodes along the Gauss-Newton step. @return whether they moved.
+  /// Moves the nodes along the Gauss-Newton step, as far as the energy falls. @return whether they moved.
   bool step(PoseGraph& graph, std::int64_t& work) {
     work -= kWorkPerSteppedNode * nodes_;
     if (++steps_ > kMostSteps) {
@@ -262,7 +262,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
         finishStep(graph, last_step_ < tolerance_ && damping_ == 0.0);
         return true;
       }
-      // At the optimum rounding alone decides whether the energy falls.
+      // A step this small is the optimum: only rounding decides whether the energy falls.
       if (largest(full) < kRoundingSteps * tolerance_) {
         last_step_ = 0.0;
         finishStep(graph, true);
@@ -316,13 +316,13 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   }
 
   static constexpr double kRoundingSteps = 5.0;
-  /// From one order on: a hundred are many, but numbers that nobody has measured make valleys almost without end.
+  /// Bound on the steps after one order. A hundred are many, but contradictory input can make endless valleys.
   static constexpr std::uint32_t kMostSteps = 1000;
 
   std::array<int, Size> components_;
   double tolerance_;
   Stage stage_ = Stage::kIdle;
-  std::int64_t balance_ = 0;  ///< work left, negative where more was done than allowed
+  std::int64_t balance_ = 0;  ///< work left; negative if more was done than allowed
   std::uint32_t nodes_ = 0;
   std::size_t constraints_ = 0;
   std::size_t evidence_ = 0;
@@ -332,7 +332,7 @@ class PoseGraphSolver::SizedIteration : public PoseGraphSolver::Iteration {
   double last_step_ = 0.0;
   std::uint32_t steps_ = 0;  ///< since the last order
   double factored_damping_ = 0.0;
-  bool at_optimum_ = false;  ///< the factor is that of the optimum last reached
+  bool at_optimum_ = false;  ///< the factor belongs to the last optimum
   BlockStructure structure_;
   BlockCholesky<Size> cholesky_;
   std::vector<Vector> gradient_;

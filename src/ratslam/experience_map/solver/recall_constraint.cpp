@@ -1,4 +1,4 @@
-// What a recall says of where the robot is, relative to the experience.
+// The constraint of a recall: the robot's pose relative to the experience, with weights.
 #include <algorithm>
 #include <cmath>
 
@@ -7,8 +7,7 @@
 namespace ratslam {
 namespace {
 
-/// Share of exp_recall_sigma by which a measured direction leaves the place open across it, beside its own
-/// error.
+/// Least standard deviation of a measured offset, beside its own error, as a share of exp_recall_sigma.
 constexpr double kLateralShare = 0.1;
 
 }  // namespace
@@ -23,7 +22,7 @@ Constraint PoseGraphMap::recallConstraint(std::uint32_t experience, double relat
   spread_.weigh(constraint);
   constraint.vague = geometry == nullptr || !geometry->measured();
   const TemplateOffset& offset = offsets_[experience];
-  // From the axes of the template to those of the experience, and from the odometry's unit there to the map's.
+  // Convert from the axes of the template to those of the experience, and from the odometry's unit to the map's.
   const Eigen::Rotation2Dd to_experience(-offset.rotation);
   const double unit = pose_graph_.nodes()[constraint.from].scale();
   if (constraint.vague) {

@@ -6,14 +6,14 @@
 namespace ratslam {
 namespace {
 
-constexpr double kLeastSpacing = 1e-6;      // [m]: who has gone less far stood still
-constexpr std::size_t kLeastRecalls = 10;   // that teach anything
-constexpr double kFirstGuessCounts = 10.0;  // recalls
-constexpr double kMoreRecalls = 1.25;       // times as many as the last time
-constexpr double kMoreSpacings = 1.1;
-constexpr double kReach = 4.0 / 3.0;              // of a template beyond the next one, in spacings
-constexpr double kNoticeable = 0.05;              // relative change of a spread
-constexpr double kGaussian = 1.4826;              // standard deviation / median absolute value
+constexpr double kLeastSpacing = 1e-6;      // below this distance the robot stood still [m]
+constexpr std::size_t kLeastRecalls = 10;   // fewest recalls to learn from
+constexpr double kFirstGuessCounts = 10.0;  // weight of the first guess, in recalls
+constexpr double kMoreRecalls = 1.25;       // learn again when the number has grown by this factor
+constexpr double kMoreSpacings = 1.1;       // take the median again when the number has grown by this factor
+constexpr double kReach = 4.0 / 3.0;        // largest distance at which a place is recalled, in spacings
+constexpr double kNoticeable = 0.05;        // relative change of a spread from which recalls are weighed anew
+constexpr double kGaussian = 1.4826;        // standard deviation / median absolute value
 constexpr double kUniform = 0.28867513459481287;  // standard deviation / width
 constexpr double kLeastFacing = 0.02;             // [rad]
 
@@ -49,7 +49,7 @@ void RecallSpread::weigh(Constraint& recall) const {
   const double across = across_ > 0.0 ? across_ : place();
   recall.xy_weight = Eigen::Vector2d(1.0 / along, 1.0 / across).asDiagonal();
   recall.z_weight = 1.0 / (up_ > 0.0 ? up_ : place());
-  // What is learned sharpens recalls that agree; from where on one is doubted stays what it was.
+  // Learning sharpens the recalls that agree. The kernel keeps its width in metres.
   recall.doubt = std::max(place() / std::max(along, across), 1.0);
   recall.yaw_weight = 1.0 / (facing_ > 0.0 ? facing_ : first_facing_);
 }

@@ -10,17 +10,17 @@
 namespace ratslam {
 namespace {
 
-/// Weight that the kernel leaves a recall which the solver will hardly follow.
+/// Below this weight by the kernel the solver will hardly follow a recall.
 constexpr double kDoubted = 0.1;
-/// Energy up to which a constraint may have a part in a move: loose ones share it.
+/// A constraint is loose if the move would give it less than this energy.
 constexpr double kMostEnergy = 400.0;
-/// By how much the move must lower the energy.
+/// A move must lower the energy by at least this.
 constexpr double kGain = 1.0;
 
-/// A motion of the whole plane, and up.
+/// A rigid motion in the plane, and along z.
 class RigidMove {
  public:
-  /// The one that takes `before` to `after`, scale apart.
+  /// The motion that takes `before` to `after`; scales do not matter.
   RigidMove(const MapPose& before, const MapPose& after)
       : before_(before), after_(after), turn_(wrapAngle(after.yaw - before.yaw)) {}
 
@@ -40,7 +40,7 @@ class RigidMove {
   double turn_;
 };
 
-/// Where a recall says that the robot is.
+/// The robot's pose according to a recall.
 MapPose recalledPose(const MapPose& from, const RelativePose& measured) {
   MapPose pose = from;
   pose.x += std::cos(from.yaw) * measured.x - std::sin(from.yaw) * measured.y;
@@ -50,9 +50,9 @@ MapPose recalledPose(const MapPose& from, const RelativePose& measured) {
   return pose;
 }
 
-/// Neighbouring constraints of the chain that are loose enough to let go of what lies beyond.
+/// Consecutive loose constraints of the chain. They share the disagreement, so that the nodes beyond can move.
 struct LooseStretch {
-  std::vector<bool> within;    ///< of each constraint
+  std::vector<bool> within;    ///< for each constraint of the graph, whether it is part of the stretch
   std::uint32_t beyond = 0;    ///< first node that moves
   double least = kMostEnergy;  ///< energy of the loosest constraint alone, after the move
   double shares = 0.0;         ///< sum of the inverse energies
@@ -87,7 +87,7 @@ std::vector<LooseStretch> looseStretches(const PoseGraph& graph, const Constrain
   return stretches;
 }
 
-/// Energy that the move of a stretch saves.
+/// Energy that is saved by moving the nodes beyond a stretch.
 double gainOf(const PoseGraph& graph, const LooseStretch& stretch, const RigidMove& move) {
   double gain = -stretch.energy();
   for (std::size_t k = 0; k < graph.constraints().size(); ++k) {

@@ -6,14 +6,14 @@
 
 namespace ratslam {
 
-/// Turns both ends of links.
+/// Updates the facings at both ends of links.
 struct Relaxation::Turning {
   const Spring* springs;
   double* facings;
   double* directions;
   double correction;
 
-  /// @return whether the link's direction is another than at the last sweep.
+  /// @return whether the link's direction has changed since the last sweep.
   bool operator()(std::size_t i) const {
     const Spring& spring = springs[i];
     const double start = facings[spring.from];
@@ -28,7 +28,7 @@ struct Relaxation::Turning {
   }
 };
 
-/// Moves both ends of links whose sines and cosines are known.
+/// Updates the positions at both ends of links whose sines and cosines are known.
 struct Relaxation::Moving {
   const Spring* springs;
   Place* places;
@@ -100,7 +100,7 @@ void Relaxation::takeNewLinks(const ExperienceGraph& graph) {
   }
 }
 
-/// All sweeps, as one sequence of blocks: while one is turned, the one before is moved.
+/// Does all sweeps as one sequence of blocks: while one block is turned, the one before is moved.
 void Relaxation::sweep() {
   Block moved;
   for (int sweep = 0; sweep < sweeps_; ++sweep) {

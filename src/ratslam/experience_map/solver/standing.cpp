@@ -7,7 +7,7 @@
 namespace ratslam {
 
 Standing stand(const Prediction& predicted, const UncertainPose& seen, double log_scale) {
-  // (x, y, z, yaw) of (x, y, facing, log-scale, z).
+  // Selects (x, y, z, yaw) from (x, y, facing, log-scale, z).
   Eigen::Matrix<double, 4, 5> observed = Eigen::Matrix<double, 4, 5>::Zero();
   observed(0, 0) = observed(1, 1) = observed(2, 4) = observed(3, 2) = 1.0;
   const RelativePose& pose = predicted.pose;

@@ -6,7 +6,7 @@
 namespace ratslam {
 namespace {
 
-/// (x, y) turned by the yaw; z and yaw as they are.
+/// Rotates (x, y) by the yaw; z and yaw are unchanged.
 Eigen::Matrix4d turn(double yaw) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   matrix.topLeftCorner<2, 2>() << std::cos(yaw), -std::sin(yaw), std::sin(yaw), std::cos(yaw);
