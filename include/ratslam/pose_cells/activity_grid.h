@@ -1,8 +1,8 @@
 /// Activity of the pose cells on a torus of heading layers, rows (y) and columns (x): P[k][j][i] of the
 /// model.
 ///
-/// Dense in memory, with a list of boxes outside which every cell is 0: whoever works on the activity goes
-/// through the boxes, so that a packet of activity costs what its size costs, not the network's.
+/// The array is dense. A list of boxes says where activity is: every cell outside them is 0. All work on the
+/// activity goes through the boxes. So its cost depends on the size of the packet and not of the network.
 #pragma once
 
 #include <algorithm>
@@ -22,11 +22,11 @@ struct PoseCell {
   int layer = 0;   ///< heading, [0, n_th)
 };
 
-/// A place in the network in continuous cell coordinates.
+/// A position in the network in continuous cell coordinates.
 struct PoseCellEstimate {
   double x = 0.0;   ///< [0, n_xy)
   double y = 0.0;   ///< [0, n_xy)
-  double th = 0.0;  ///< [0, n_th), layer k faces k * 2 pi / n_th
+  double th = 0.0;  ///< [0, n_th); layer k has the heading k * 2 pi / n_th
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -36,7 +36,7 @@ struct PoseCellEstimate {
   }
 };
 
-/// A coordinate on a ring of `size` cells, in [0, size).
+/// Wraps a coordinate on a ring of `size` cells to [0, size).
 double wrapCoordinate(double value, int size);
 
 /// Non-negative activity of shape n_th x n_xy x n_xy.
@@ -61,30 +61,30 @@ class ActivityGrid {
   void scale(double factor);
   void add(const PoseCell& cell, double activity);
 
-  /// The cells, row by row, layer by layer. Whoever writes to them declares where by `cover`.
+  /// The cells, row by row, layer by layer. After writing to them, declare the boxes by cover().
   const double* data() const { return cells_.data(); }
   double* data() { return cells_.data(); }
-  /// Position of a row's first cell.
+  /// Index of a row's first cell in data().
   std::size_t offset(int layer, int row) const {
     return (index(layer) * index(nXy()) + index(row)) * index(nXy());
   }
-  /// Adds boxes to the list; those that overlap become one.
+  /// Adds boxes to the list and merges those that overlap.
   void cover(const std::vector<Box>& boxes);
-  /// A new list, of boxes that hold all activity.
+  /// Replaces the list. The boxes must hold all activity.
   void replaceBoxes(const std::vector<Box>& boxes);
   /// Whether a box holds all cells.
   bool isWhole(const Box& box) const;
-  /// Sets the cells of a box to 0; the list stays as it is.
+  /// Sets the cells of a box to 0. The list does not change.
   void zero(const Box& box);
   /// Sets all cells to 0 and empties the list.
   void clear();
 
-  /// The boxes and the activity in them, in the order of forEachRun.
+  /// Saves the boxes and the activity in them, in the order of forEachRun.
   void save(State& state) const;
-  /// @throws std::runtime_error where the state is of a grid of another shape
+  /// @throws std::runtime_error if the state is of a grid of another shape
   void load(const State& state);
 
-  /// Calls `visit(first, count)` for each unbroken stretch of cells of the boxes, `first` being its position.
+  /// Calls `visit(first, count)` for each run of contiguous cells of the boxes. `first` is an index in data().
   template <class Visitor>
   void forEachRun(Visitor visit) const {
     for (const Box& box : boxes_) forEachRun(box, visit);

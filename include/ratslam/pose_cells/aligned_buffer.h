@@ -1,4 +1,4 @@
-/// Scratch memory that starts on a cache line, grows, and never shrinks.
+/// Scratch memory that is aligned to a cache line. It grows as needed and never shrinks.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ struct CacheLineAllocator {
 template <class T>
 class AlignedBuffer {
  public:
-  /// At least `count` elements, with whatever values they had before.
+  /// At least `count` elements. Elements keep their values from before.
   T* atLeast(std::size_t count) {
     if (elements_.size() < count) elements_.resize(count);
     return elements_.data();

@@ -1,19 +1,18 @@
-/// Which experience the robot is at, eq. (5), the view term acting as a gate.
+/// Selection of the current experience, eq. (5). The view term acts as a gate.
 ///
-/// An experience ties a view cell to a place in the pose cells. At each pair of odometry step and view event:
-///  1. no experience yet, or the active view cell has none: create one;
-///  2. the view cell changed, or the place is farther than
-///     exp_delta_pc_threshold from the current experience's: the nearest other
-///     experience of the active view cell becomes current if nearer than the
-///     threshold, else create one;
-///  3. otherwise nothing happens.
+/// An experience ties a view cell to a position in the pose cells. At each pair of odometry step and view event:
+///  1. There is no experience yet, or the active view cell has none: create one.
+///  2. The view cell changed, or the position is farther than exp_delta_pc_threshold from that of the current
+///     experience: the nearest other experience of the active view cell becomes current if it is nearer than the
+///     threshold. Otherwise create one.
+///  3. In all other cases nothing happens.
 ///
-/// With exp_density k > 0 the map grows denser where experience is richer: the threshold of an experience at which the
-/// robot has come to be n times more is exp_delta_pc_threshold / (1 + k ln(1 + n)), so that a stretch of way has a number of
-/// experiences that grows with the logarithm of the visits. One that is created between known ones of its view has
-/// the visits of the nearest. Of those that are made while a view stays the view says nothing: which of them the robot comes to
-/// is a matter of odometry alone, and no recall (kSetNode). A view that becomes active leads to one that was made when it
-/// became active.
+/// With exp_density k > 0 the map grows denser where the robot comes more often. After n further visits the
+/// threshold of an experience is exp_delta_pc_threshold / (1 + k ln(1 + n)): the number of experiences on a
+/// stretch of road grows with the logarithm of the visits. A new experience takes over the visits of the nearest
+/// one of its view. Several experiences can then share one unchanged view. The view cannot tell them apart: only
+/// odometry selects among them, which is no recall (kSetNode). When a view becomes active, only experiences
+/// that were created when it became active are candidates.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +28,7 @@ namespace ratslam {
 
 class State;
 
-/// The view cell of an experience, and the heading there relative to that at which its template was learned [rad].
+/// The view cell of an experience, and the heading at its creation relative to that of its template [rad].
 struct PlaceView {
   std::uint32_t view_id = 0;
   double relative_rad = 0.0;
@@ -39,20 +38,21 @@ class ExperienceSelector {
  public:
   explicit ExperienceSelector(const PoseCellParams& params) : params_(params) {}
 
-  /// The decision; source and destination of kNone are the current experience. `relative_rad` of the action
-  /// is the heading now relative to the heading at which the destination was created: 0 for a new one.
+  /// The decision. With kNone source and destination are the current experience. The action's relative_rad is the
+  /// heading now relative to the heading at the destination's creation: 0 for a new one.
   TopologicalAction select(const ViewEvent& view, const PoseCellEstimate& estimate);
 
-  /// Experiences of view cells from a number on are not recognised again: these will stand for other views.
+  /// Forgets the view cells with this number and higher ones, which will get other views. Their experiences are
+  /// no longer recalled.
   void forgetViewsFrom(std::uint32_t view_id);
 
-  /// None where the view of an experience is known no more. @throws std::out_of_range
+  /// The view of an experience; none if its view cell was forgotten. @throws std::out_of_range
   std::optional<PlaceView> viewOf(std::uint32_t experience) const;
 
-  /// How many experiences there are.
+  /// Number of experiences.
   std::size_t size() const { return experiences_.size(); }
 
-  /// Whether step 1 and 2 may create an experience; else the current one stays where they would.
+  /// Whether steps 1 and 2 may create an experience. If not, the current one stays current instead.
   void setLearning(bool learning) { learning_ = learning; }
   bool learning() const { return learning_; }
 
@@ -60,7 +60,7 @@ class ExperienceSelector {
   /// @throws std::runtime_error naming what is missing
   void load(const State& state);
 
-  /// The decision where no view cell is active: to stay with the current experience.
+  /// The decision if no view cell is active: the current experience stays current.
   TopologicalAction stay(Stamp stamp) const;
 
  private:
@@ -68,8 +68,8 @@ class ExperienceSelector {
     PoseCellEstimate where;
     std::uint32_t view_id = 0;
     double relative_rad = 0.0;  ///< of the view event that created it
-    std::uint32_t visits = 0;   ///< how often it was recalled; counted where the threshold depends on it
-    bool recognisable = true;   ///< made when its view became active; else while it stayed (exp_density)
+    std::uint32_t visits = 0;   ///< number of recalls; counted only if the threshold depends on it
+    bool recognisable = true;   ///< created when its view became active, and not while the view stayed active
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -80,17 +80,17 @@ class ExperienceSelector {
     }
   };
 
-  /// Heading now minus heading at the experience's creation, as their one view cell saw it [rad].
+  /// Heading now minus heading at the experience's creation, by their common view cell [rad].
   double relativeHeading(const ViewEvent& view, const Experience& experience) const;
   /// Distance on the torus [cells], the heading corrected by the relative heading.
   double distance(const ViewEvent& view, const PoseCellEstimate& estimate,
                   const Experience& experience) const;
-  /// Distance from an experience beyond which a place is another one [cells].
+  /// Distance from an experience beyond which the place is another one [cells].
   double reach(const Experience& experience) const;
-  /// @param recognised  the view has become active
+  /// Nearest experience of the view within its threshold. @param recognised  the view has just become active
   std::optional<std::uint32_t> nearestOther(const ViewEvent& view, const PoseCellEstimate& estimate,
                                             bool recognised) const;
-  /// Visits of the experience of a view that is nearest, within the distance that holds without visits.
+  /// Visits of the view's nearest experience; 0 if none is within exp_delta_pc_threshold.
   std::uint32_t visitsAround(const ViewEvent& view, const PoseCellEstimate& estimate) const;
   void indexViews();
   std::uint32_t create(const ViewEvent& view, const PoseCellEstimate& estimate, bool recognisable);

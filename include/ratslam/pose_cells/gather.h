@@ -1,4 +1,4 @@
-/// How cells of the torus are brought together in memory without its seams, and back.
+/// Copying of cells between the torus and contiguous memory without its seams.
 #pragma once
 
 #include <cstddef>
@@ -8,37 +8,37 @@
 
 namespace ratslam {
 
-/// Where the cells come from that one axis of a convolution reads: output position p reads positions p to
-/// p + 2 radius, of which those in [first, last) have a source and the others are 0.
+/// Source cells along one axis of a convolution. Output p reads positions p to p + 2 radius. Positions in
+/// [first, last) have a source; the others are 0.
 struct GatherAxis {
-  /// The `count` outputs from position `begin` on, of an axis with `length` sources, a ring or with zeros
-  /// around. Sources are stored on a ring of `stored` cells from `origin` on.
+  /// Plans `count` outputs from position `begin` on. The axis has `length` sources; it is a ring, or has zeros
+  /// around. The sources are stored on a ring of `stored` cells from `origin` on.
   void set(int begin, int count, int radius, int length, bool ring, int origin, int stored);
 
   int source(int position) const { return sources[static_cast<std::size_t>(position)]; }
   int positions() const { return static_cast<int>(sources.size()); }
 
   int count = 0;   ///< outputs
-  int period = 0;  ///< positions this far apart have the same source; 0: none have
+  int period = 0;  ///< positions this far apart have the same source; 0: no two positions have
   int first = 0;
   int last = 0;
   std::vector<int> sources;  ///< stored index of each position
 };
 
-/// Which cells of which rows of a layer are moved where.
+/// Plan for copying cells of the rows of a layer.
 struct RowPlan {
   std::vector<RowSegment> segments;
-  std::vector<std::ptrdiff_t> from;  ///< where the rows begin
-  std::vector<std::ptrdiff_t> to;
+  std::vector<std::ptrdiff_t> from;  ///< offset of each source row
+  std::vector<std::ptrdiff_t> to;    ///< offset of each target row
 
   int rows() const { return static_cast<int>(from.size()); }
   int segmentCount() const { return static_cast<int>(segments.size()); }
 
-  /// Rows and cells that have a source, to their positions.
+  /// Plans the copy of all rows and cells that have a source to their positions.
   void planGathering(const GatherAxis& columns, const GatherAxis& rows, std::ptrdiff_t from_stride,
                      std::ptrdiff_t to_stride);
 
-  /// Appends `count` cells of each row, cell c being moved from column from(c) to column to(c).
+  /// Appends `count` cells of each row. Cell c is copied from column from_column(c) to column to_column(c).
   template <class From, class To>
   void appendColumns(int count, From from_column, To to_column) {
     for (int c = 0; c < count; ++c) {

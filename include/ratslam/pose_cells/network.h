@@ -1,7 +1,7 @@
 /// The continuous attractor network of the pose cells, eqs. (1) and (2). Source: docs/theory.md#pose-cells.
 ///
-/// One step: local excitation, local inhibition, global inhibition, normalisation (attractor.h), path
-/// integration (path_integration.h), best estimate (peak.h). Between the steps views inject activity.
+/// Steps: local excitation, local inhibition, global inhibition, normalisation (attractor.h), path integration
+/// (path_integration.h), best estimate (peak.h). Between two steps views inject activity.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@
 
 namespace ratslam {
 
-/// Activity of shape n_th x n_xy x n_xy, non-negative, that sums to 1 after every call.
-/// It starts as 1 in the centre cell.
+/// Non-negative activity of shape n_th x n_xy x n_xy. It sums to 1 after every call. At the start it is 1 in the
+/// centre cell.
 class PoseCellNetwork {
  public:
   /// @param level instruction set to use; results do not depend on it.
@@ -26,26 +26,26 @@ class PoseCellNetwork {
   /// One odometry step: attract, integratePath, and a new estimate.
   /// @param distance [m] along the heading, negative backwards; @param rotation [rad], CCW positive
   /// (REP-103).
-  /// @throws std::invalid_argument if either is not finite; nothing has changed then.
+  /// @throws std::invalid_argument if either is not finite. The network is then unchanged.
   void step(double distance, double rotation);
 
   /// One iteration of the attractor. If all activity dies, it starts again at the last estimate.
   void attract();
-  /// Moves the packet; the estimate stays as it was. @throws std::invalid_argument as step.
+  /// Moves the packet. Does not change the estimate. @throws std::invalid_argument as step.
   void integratePath(double distance, double rotation);
-  /// Adds activity to a cell. @param energy relative to what the last iteration left, which was 1; not
-  /// negative.
+  /// Adds activity to a cell. @param energy not negative; relative to the activity after the last iteration,
+  /// which summed to 1.
   void inject(const PoseCell& cell, double energy);
 
-  /// Replaces the activity, scaled so that it sums to 1, and takes the estimate from it.
+  /// Replaces the activity, normalises it to sum 1, and updates the estimate.
   /// @throws std::invalid_argument if the shape differs, a cell is negative or not finite, or the sum is not
   /// positive.
   void setActivity(const ActivityGrid& activity);
 
-  /// Where the robot was after the last step (the centre cell before the first).
+  /// Best estimate after the last step; the centre cell before the first.
   const PoseCellEstimate& estimate() const { return estimate_; }
   const ActivityGrid& activity() const { return grid_; }
-  /// How often all activity had died.
+  /// Number of times that all activity had died.
   std::uint64_t reseeds() const { return reseeds_; }
 
   void save(State& state) const;
@@ -63,8 +63,8 @@ class PoseCellNetwork {
   PeakDecoder peak_decoder_;
   PoseCellEstimate estimate_;
   std::uint64_t reseeds_ = 0;
-  /// What the model, which normalises in step 4 only, would have as the sum: the next global inhibition is to
-  /// bite as deep into the normalised activity kept here as it would into the model's.
+  /// Sum that the model's activity would have. The model normalises only in step 4, this class after every
+  /// call. The factor makes the next global inhibition act as it would in the model.
   double model_sum_ = 1.0;
 };
 

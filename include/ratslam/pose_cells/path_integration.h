@@ -1,17 +1,17 @@
 /// Path integration of the pose cells: odometry moves the activity, eq. (2)'s last term.
 ///
-///  1. Layer k is shifted by distance / pc_cell_x_size cells along its heading k * 2
-///     pi / n_th. A shifted cell shares its activity among the four cells it overlaps
-///     (bilinear). A longer way than one cell is split into equal sub-steps of at
-///     most one; n of them are done at once, as a shift whose weights are the n-th
-///     power.
+///  1. Layer k is shifted by distance / pc_cell_x_size cells along its heading k * 2 pi / n_th. A shifted cell
+///     distributes its activity over the four cells that it overlaps (bilinear). A distance of more than one
+///     cell is divided into n equal sub-steps of at most one cell. They are done at once, as a shift whose
+///     weights are the n-th power.
 ///  2. All layers are shifted by rotation * n_th / (2 pi) layers (linear interpolation).
 ///
-/// The plane is a torus. With `pc_openratslam_corner` a step of at most one cell (OpenRatSLAM knows no longer
-/// ones) treats one cell of each layer as OpenRatSLAM does: the corner cell that the layer's direction of
-/// motion enters across both edges at once keeps its own share and what arrives across both edges, but loses
-/// what arrives across one edge only. Found by experiment: OpenRatSLAM's estimates on a real drive are met to
-/// 1e-12 cells with it, and to no better than 0.9 cells without, once the packet has passed the corner.
+/// The plane is a torus. With `pc_openratslam_corner` one cell of each layer is processed as in OpenRatSLAM, in
+/// steps of at most one cell (OpenRatSLAM has no longer ones). This is the corner cell that the layer's motion
+/// enters across both edges. It keeps its own share and the activity that arrives across both edges, but loses
+/// the activity that arrives across one edge only. This was found by experiment: with it OpenRatSLAM's estimates
+/// on a real drive are reproduced to 1e-12 cells, without it to no better than 0.9 cells once the packet has
+/// passed the corner.
 #pragma once
 
 #include <array>
@@ -29,37 +29,37 @@ class PathIntegrator {
  public:
   PathIntegrator(const PoseCellParams& params, SimdLevel level);
 
-  /// @throws std::invalid_argument naming the motion [m], [rad] that is not finite.
+  /// @throws std::invalid_argument naming a distance [m] or rotation [rad] that is not finite.
   void check(double distance, double rotation) const;
 
-  /// Moves the activity. @param distance [m]; @param rotation [rad]; @param sum of the grid's activity, which
-  /// is scaled to 1. @return the share of the activity that was not lost at corners; 0: the grid is empty.
+  /// Moves the activity and normalises it. @param distance [m]; @param rotation [rad]; @param sum of the grid's
+  /// activity. @return the share of the activity that was not lost at corners; 0: the grid is empty.
   double integrate(ActivityGrid& grid, double distance, double rotation, double sum);
 
  private:
-  /// Motion along one axis: weights[t] of the activity goes t cells towards `sign`.
+  /// Motion along one axis: the share weights[t] of the activity moves by t cells towards `sign`.
   struct Shift {
     int sign = 1;
     std::vector<double> weights;
   };
-  /// One axis of the plane: what a packet's cells may reach.
+  /// One axis of the plane: the cells that a packet may reach.
   struct Extent {
     bool ring = false;
-    int origin = 0;  ///< cell of the network where the reached cells begin
+    int origin = 0;  ///< first reached cell of the network
     int count = 0;
     GatherAxis gather;
   };
   /// Motion of this step.
   struct Motion {
     double cells = 0.0;      ///< of one sub-step, negative backwards
-    double sub_steps = 0.0;  ///< whole
-    int reach = 0;           ///< cells that activity goes at most; N - 1 where it goes round
+    double sub_steps = 0.0;  ///< a whole number
+    int reach = 0;           ///< largest motion of activity [cells]; N - 1 if it goes round the ring
     int whole_layers = 0;
     double part_layer = 0.0;  ///< in [0, 1)
   };
-  /// A packet on its way: its layers are shifted, rotation is still to come.
+  /// A packet between the two steps: its layers are shifted, but not yet rotated.
   struct Packet {
-    Box target{};  ///< where it arrives
+    Box target{};  ///< cells that it reaches
     std::ptrdiff_t row_stride = 0;
     std::ptrdiff_t layer_stride = 0;
     AlignedBuffer<double> layers;  ///< the first is the neighbour that rotation mixes into the packet's first
@@ -72,7 +72,7 @@ class PathIntegrator {
                  Extent& extent) const;
   /// Shifts a packet's layers; the grid is only read.
   void shiftLayers(const ActivityGrid& grid, const Box& box, const Motion& motion, Packet& packet);
-  /// Shifts the gathered layer k. @param shifted gets it.
+  /// Shifts the gathered layer k. @param shifted receives the result.
   void shiftLayer(int k, const Motion& motion, std::ptrdiff_t row_stride, double* shifted);
   void loseAtCorner(int k, const Motion& motion, std::ptrdiff_t row_stride, double* shifted);
   /// Rotates a packet and writes or adds it to the grid. @param scale of the activity.
@@ -82,11 +82,11 @@ class PathIntegrator {
   PoseCellParams params_;
   const RowKernels* kernels_;
   std::vector<double> cos_heading_, sin_heading_;  ///< of the layers
-  double lost_ = 0.0;                              ///< at corners in this step
+  double lost_ = 0.0;                              ///< activity lost at corners in this step
   Shift shift_x_, shift_y_;
   Extent columns_, rows_;
   std::vector<Packet> packets_;
-  AlignedBuffer<double> gathered_;  ///< one layer's rows and what is around them
+  AlignedBuffer<double> gathered_;  ///< one layer's rows with the cells around them
   AlignedBuffer<double> along_y_;   ///< the same, shifted along y
   RowPlan moving_;
 };

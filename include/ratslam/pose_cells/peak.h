@@ -1,6 +1,8 @@
-/// Best estimate of the pose cells: the most active cell (the first in the order heading, row, column), then,
-/// over the window of +-3 cells around it, the circular mean (population vector) of each of the three
-/// marginal sums.
+/// Best estimate of the pose cells.
+///
+///  1. Find the most active cell; of equals the first in the order heading, row, column.
+///  2. In the window of +-3 cells around it, take the circular mean (population vector) of each of the three
+///     marginal sums.
 #pragma once
 
 #include <vector>
@@ -13,7 +15,7 @@ namespace ratslam {
 class PeakDecoder {
  public:
   PeakDecoder(int n_xy, int n_th, SimdLevel level);
-  /// A ring shorter than the window is counted once.
+  /// If a ring is shorter than the window, each of its cells counts once.
   PoseCellEstimate decode(const ActivityGrid& grid) const;
 
  private:
@@ -24,7 +26,7 @@ class PeakDecoder {
   static std::vector<Direction> directions(int size);
   PoseCell mostActive(const ActivityGrid& grid) const;
 
-  std::vector<Direction> directions_xy_;  ///< of the cells along x or y, seen as a circle
+  std::vector<Direction> directions_xy_;  ///< of the cells along x or y, taken as a circle
   std::vector<Direction> directions_th_;
   const RowKernels* kernels_;
 };

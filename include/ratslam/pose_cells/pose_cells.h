@@ -1,10 +1,9 @@
-/// Pose cells: a continuous attractor network that keeps the robot's place by integrating odometry and
-/// corrects it by recalled views (eqs. (1)-(3)), and decides when a place is a new experience (eq. (5)).
-/// Source: docs/theory.md.
+/// Pose cells: a continuous attractor network that integrates odometry and is corrected by recalled views (eqs.
+/// (1)-(3)). It also decides which experience is current and when a place is a new one (eq. (5)). Source:
+/// docs/theory.md.
 ///
-/// Within a frame: integrate (the odometry step), activate (the view event), decide. The first odometry
-/// message only sets the caller's clock: on the first frame there is a view event, but neither a step nor a
-/// decision.
+/// Order within a frame: integrate (the odometry step), activate (the view event), decide. The first odometry
+/// message only sets the caller's clock: so the first frame has a view event, but no step and no decision.
 #pragma once
 
 #include <cstdint>
@@ -28,30 +27,30 @@ class PoseCells {
   /// One attractor iteration and path integration.
   /// @param distance [m] along the heading, negative backwards; @param rotation [rad], counter-clockwise
   /// positive.
-  /// @throws std::invalid_argument if either is not finite; nothing has changed then.
+  /// @throws std::invalid_argument if either is not finite. Nothing has changed then.
   void integrate(double distance, double rotation) { network_.step(distance, rotation); }
 
-  /// Ties a new view cell to the present estimate, or injects activity where a known one is tied. An event
+  /// Ties a new view cell to the present estimate, or injects activity at the position of a known one. An event
   /// without a view (kNoView) does neither.
-  /// @throws std::invalid_argument if the event's relative_rad is not finite; nothing has changed then.
+  /// @throws std::invalid_argument if the event's relative_rad is not finite. Nothing has changed then.
   void activate(const ViewEvent& event);
 
-  /// The decision for the odometry step and view event just seen; kNone where nothing is to do, source and
-  /// destination then being the current experience. The stamp is the event's.
+  /// The decision for the last odometry step and view event, with the event's stamp. If nothing is to be done it
+  /// is kNone, with the current experience as source and destination.
   TopologicalAction decide();
 
   PoseCellEstimate estimate() const { return network_.estimate(); }
   const ActivityGrid& activity() const { return network_.activity(); }
-  /// How often all activity had died and the network was started again at the last best estimate.
+  /// Number of times that all activity had died and the network restarted at the last best estimate.
   std::uint64_t reseeds() const { return network_.reseeds(); }
 
-  /// View cells from a number on will stand for other views: what is tied to them is forgotten.
+  /// Forgets the ties of the view cells with this number and higher ones, which will get other views.
   void forgetViewsFrom(std::uint32_t view_id);
   std::optional<PlaceView> viewOf(std::uint32_t experience) const { return selector_.viewOf(experience); }
-  /// How many experiences have been created.
+  /// Number of experiences created.
   std::size_t experiences() const { return selector_.size(); }
 
-  /// Whether places may become experiences; else only known ones become current.
+  /// Whether new experiences may be created. If not, only known ones become current.
   void setLearning(bool learning) { selector_.setLearning(learning); }
   bool learning() const { return selector_.learning(); }
 

@@ -1,4 +1,4 @@
-/// Boxes on the torus of pose cells, with which work is confined to where activity is.
+/// Boxes on the torus of pose cells. They confine the work to the cells with activity.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace ratslam {
 
-/// `index` on a ring of `size` cells, in [0, size).
+/// Wraps `index` on a ring of `size` cells to [0, size).
 inline int wrapIndex(int index, int size) {
   if (index >= 0 && index < size) return index;
   const int rest = index % size;
@@ -28,15 +28,15 @@ using Box = std::array<Span, 3>;
 /// Ring sizes along columns, rows, layers.
 using RingSizes = std::array<int, 3>;
 
-/// Adds a box to a list, merged with those that have fewer than `margin` free cells between them and it along
-/// every axis (margin 0: that overlap it), as the box around them, until there are none.
+/// Adds a box to a list. As long as the list has a box with fewer than `margin` free cells to it along every axis
+/// (margin 0: a box that overlaps it), the two are merged into the box around them.
 void mergeInto(std::vector<Box>& boxes, Box box, const RingSizes& sizes, int margin);
 
-/// The boxes, merged until all are apart by `margin`.
+/// Merges the boxes until all are `margin` cells apart.
 std::vector<Box> coalesced(const std::vector<Box>& boxes, const RingSizes& sizes, int margin);
 
-/// The runs of positive values, parted where `min_gap` or more are not. On a ring that has no such gap the
-/// one span is the whole ring, and a run may pass its end.
+/// The runs of positive values. A gap shorter than `min_gap` does not divide a run. On a ring a run may pass the
+/// end; a ring without a wide enough gap is one span.
 std::vector<Span> occupiedSpans(const double* values, int size, bool ring, int min_gap);
 
 }  // namespace ratslam

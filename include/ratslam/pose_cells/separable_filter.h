@@ -1,11 +1,9 @@
 /// Convolution of a box of cells with a separable, symmetric kernel: columns, then rows, then layers.
 ///
-/// 1. A layer's rows are gathered with as many cells around them as the kernel reaches (wrapped on a ring,
-///    else 0).
-/// 2. They are convolved along columns and along rows.
-/// 3. As soon as all layers that an output layer needs are there, they are convolved with
-///    each other; no more of them are kept than are still needed. All of it happens in the
-///    cache.
+/// 1. Gather a layer's rows, with as many cells around them as the kernel reaches (wrapped on a ring, else 0).
+/// 2. Convolve them along columns and along rows.
+/// 3. As soon as all layers that an output layer needs are done, convolve them along the layers. Only the layers
+///    that are still needed are kept, so that all work happens in the cache.
 #pragma once
 
 #include <array>
@@ -20,10 +18,11 @@
 
 namespace ratslam {
 
-/// Truncated Gaussian of odd side `dim` that sums to 1: its weights at offsets 0, 1, ..., dim / 2.
+/// Weights at offsets 0, 1, ..., dim / 2 of a truncated Gaussian that sums to 1. @param dim odd side. @param width
+/// standard deviation [cells].
 std::vector<double> halfGaussian(int dim, double width);
 
-/// Layers of rows, somewhere in memory.
+/// Layers of rows in memory that belongs to somebody else.
 struct CellSource {
   const double* cells = nullptr;
   std::ptrdiff_t layer_stride = 0;
@@ -33,11 +32,11 @@ struct CellSource {
 /// A box of cells in memory, layer by layer, row by row.
 struct Volume {
   std::array<int, 3> counts{};  ///< columns, rows, layers
-  int width = 0;                ///< of a row in memory: columns, padded
+  int width = 0;                ///< length of a row in memory: columns and padding
   AlignedBuffer<double> cells;
 
   std::ptrdiff_t layerStride() const { return static_cast<std::ptrdiff_t>(width) * counts[kRow]; }
-  /// Layer `k`, or what all share.
+  /// Layer `k`; if there is only one, all k share it.
   double* layer(int k) { return cells.data() + (counts[kLayer] > 1 ? k * layerStride() : 0); }
   CellSource source() const { return {cells.data(), layerStride(), width}; }
   void resize(const std::array<int, 3>& new_counts);
@@ -45,20 +44,20 @@ struct Volume {
 
 class SeparableFilter {
  public:
-  /// @param dim side of the kernel, odd; @param width_xy, width_th of the Gaussian [cells], [layers].
+  /// @param dim odd side of the kernel; @param width_xy, width_th standard deviations [cells], [layers].
   SeparableFilter(int dim, double width_xy, double width_th, const RowKernels& kernels);
 
   int radius() const { return radius_; }
 
-  /// @param axes along columns, rows, layers; @param out of as many columns and rows as they count, and as
-  /// many layers or one, which is used for all in turn; its padding columns get values that are finite and
-  /// non-negative if those of `in` are; @param done is called with each finished layer.
+  /// @param axes along columns, rows, layers. @param out has their counts of columns and rows, and as many layers
+  /// or one that is used for all in turn. Its padding gets finite non-negative values if those of `in` are.
+  /// @param done is called with the number of each finished layer.
   void apply(const CellSource& in, const std::array<GatherAxis, 3>& axes, Volume& out,
              const std::function<void(int)>& done);
 
  private:
   void reserve(const std::array<GatherAxis, 3>& axes, const Volume& out);
-  /// Where the layer at a position is kept once it is filtered within the plane.
+  /// Memory for the layer at a position, filtered within the plane.
   double* keptLayer(const GatherAxis& layers, int position, std::ptrdiff_t layer_size);
   void filterPlane(const double* layer, const GatherAxis& rows, int width, double* out);
 
@@ -68,10 +67,10 @@ class SeparableFilter {
   const RowKernels* kernels_;
   RowPlan gathering_;
   std::ptrdiff_t gathered_stride_ = 0;   ///< between gathered rows
-  AlignedBuffer<double> gathered_;       ///< one layer's rows with what is around them
+  AlignedBuffer<double> gathered_;       ///< one layer's rows with the cells around them
   AlignedBuffer<double> along_columns_;  ///< one layer, filtered along columns
   AlignedBuffer<double> kept_;           ///< layers filtered within the plane
-  std::vector<const double*> taps_;      ///< what a kernel's taps read
+  std::vector<const double*> taps_;      ///< the layer that each tap of the kernel reads
 };
 
 }  // namespace ratslam

@@ -1,13 +1,14 @@
-/// View cell input to the pose cells, eq. (3): a new view is tied to where the robot is ("one-shot" learning,
-/// beta); a view that is seen again injects activity where it was tied.
+/// View cell input to the pose cells, eq. (3). A new view is tied to the present estimate ("one-shot" learning,
+/// beta). A recalled view injects activity at the position to which it is tied.
 ///
 /// At each view event:
-///  1. an unknown id is tied to the present estimate;
-///  2. a known id that is not among the 10 most recently tied injects energy * (30 - exp(1.2 d)) / 30, where
-///     positive, d being its saturation: it rests at vt_active_decay and grows by as much with each
-///     repetition;
-///  3. every id's saturation falls by pc_vt_restore towards its rest. Saturation keeps a standing robot from
-///     relocalising falsely. It is brought up to date when its id is seen, not swept at each event.
+///  1. An unknown id is tied to the present estimate.
+///  2. A known id that is not among the 10 most recently tied injects energy * (30 - exp(1.2 d)) / 30, if that
+///     is positive. d is the saturation of the id. Its rest value is vt_active_decay, and it grows by that value
+///     each time the id repeats.
+///  3. Every id's saturation falls by pc_vt_restore towards the rest value.
+/// Saturation prevents false relocalisation while the robot stands still. It is updated when its id is seen and
+/// not at each event.
 #pragma once
 
 #include <cstdint>
@@ -33,12 +34,11 @@ class ViewInput {
  public:
   explicit ViewInput(const PoseCellParams& params) : params_(params) {}
 
-  /// Whether an id is new is decided by the ids seen here, not by the event's flag: a recorded topic has
-  /// none.
-  /// @param estimate where the robot is now. @return what to inject, if anything.
+  /// Processes a view event. An id is new if this object has not seen it; the event's flag is not used, because
+  /// a recorded topic has none. @param estimate present best estimate. @return the injection, if there is one.
   std::optional<Injection> onView(const ViewEvent& event, const PoseCellEstimate& estimate);
 
-  /// Forgets the ties of view cells from a number on: they will stand for other views.
+  /// Forgets the ties of the view cells with this number and higher ones, which will get other views.
   void forgetFrom(std::uint32_t view_id);
 
   void save(State& state) const;
@@ -48,9 +48,9 @@ class ViewInput {
  private:
   struct Tie {
     PoseCellEstimate where;
-    double saturation = 0.0;    ///< at the end of event `updated`
-    std::uint64_t updated = 0;  ///< number of the event
-    std::uint64_t order = 0;    ///< how many ids were tied before
+    double saturation = 0.0;    ///< after event number `updated`
+    std::uint64_t updated = 0;  ///< number of the event at which the saturation was updated last
+    std::uint64_t order = 0;    ///< number of ids tied before
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -79,7 +79,7 @@ class ViewInput {
   PoseCellParams params_;
   std::unordered_map<std::uint32_t, Tie> ties_;
   std::optional<std::uint32_t> previous_id_;
-  std::uint64_t events_ = 0;  ///< that have ended
+  std::uint64_t events_ = 0;  ///< number of complete events
 };
 
 }  // namespace ratslam

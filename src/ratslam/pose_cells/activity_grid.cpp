@@ -9,7 +9,7 @@ namespace ratslam {
 double wrapCoordinate(double value, int size) {
   const double rest = std::fmod(value, static_cast<double>(size));
   const double wrapped = rest < 0.0 ? rest + size : rest;
-  return wrapped >= size ? 0.0 : wrapped;  // a tiny negative rest rounds up to the full circle
+  return wrapped >= size ? 0.0 : wrapped;  // rounding can take a tiny negative rest to the full circle
 }
 
 ActivityGrid::ActivityGrid(int n_xy, int n_th)

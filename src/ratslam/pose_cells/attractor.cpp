@@ -76,7 +76,7 @@ void Attractor::excite(const ActivityGrid& grid, const Box& packet) {
   const auto row_stride = static_cast<std::ptrdiff_t>(grid.offset(0, 1));
   const auto layer_stride = static_cast<std::ptrdiff_t>(grid.offset(1, 0));
   excitation_.apply({grid.data(), layer_stride, row_stride}, axes_, excited_, [&](int k) {
-    if (rings_only) return;  // nothing to narrow
+    if (rings_only) return;  // whole rings cannot be narrowed
     maxima_.setLayer(k, kernels_->findMaxima(excited_.layer(k), excited_.counts[kRow], excited_.width,
                                              maxima_.forLayers()));
   });
@@ -103,7 +103,7 @@ bool Attractor::findCore(double phi) {
 bool Attractor::coreCovers(const Box& packet) const {
   return std::all_of(kAxes.begin(), kAxes.end(), [&](std::size_t axis) {
     const Extent& extent = extents_[axis];
-    const int begin = excitation_.radius();  // of the packet within what was excited
+    const int begin = excitation_.radius();  // of the packet within the excited box
     return extent.ring || (extent.core.begin <= begin &&
                            extent.core.begin + extent.core.length >= begin + packet[axis].length);
   });

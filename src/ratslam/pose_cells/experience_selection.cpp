@@ -8,7 +8,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kForgotten = 0xFFFFFFFF;  // view cell of an experience whose own is no more
+constexpr std::uint32_t kForgotten = 0xFFFFFFFF;  // view_id of an experience whose view cell was forgotten
 
 }  // namespace
 
@@ -16,13 +16,13 @@ TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCe
   TopologicalAction action;
   action.stamp = view.stamp;
   action.src_id = current_;
-  // The view cell of the current experience is the one of the last decision: every change of it ends in step
-  // 1 or 2.
+  // The current experience has the view cell of the last decision, because every change of the view cell leads
+  // to step 1 or 2.
   const bool other_view = experiences_.empty() || experiences_[current_].view_id != view.id;
   if (other_view || distance(view, estimate, experiences_[current_]) > reach(experiences_[current_])) {
     const std::optional<std::uint32_t> match = nearestOther(view, estimate, other_view);
     if (!match && !learning_) return stay(view.stamp);
-    // Within what one view shows only odometry tells one place from another.
+    // While one view stays active only odometry tells places apart, so kSetNode and not a recall.
     const bool seen = other_view || params_.experience_density == 0.0;
     action.kind = !match ? ActionKind::kCreateNode : seen ? ActionKind::kCreateEdge : ActionKind::kSetNode;
     current_ = match ? *match : create(view, estimate, seen);

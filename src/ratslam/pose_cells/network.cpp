@@ -40,7 +40,7 @@ void PoseCellNetwork::integratePath(double distance, double rotation) {
   move(distance, rotation, 1.0);
 }
 
-/// @return the sum of the activity, which is left to be normalised.
+/// One attractor iteration without normalisation. @return the sum of the activity.
 double PoseCellNetwork::iterate() {
   const double sum = attractor_.iterate(grid_, model_sum_);
   model_sum_ = 1.0;
@@ -49,7 +49,7 @@ double PoseCellNetwork::iterate() {
   return 1.0;
 }
 
-/// @param sum of the activity; it is scaled to 1 on the way.
+/// Moves and normalises the activity. @param sum of the activity before.
 void PoseCellNetwork::move(double distance, double rotation, double sum) {
   const double kept = path_integrator_.integrate(grid_, distance, rotation, sum);
   if (kept > 0.0) {
@@ -97,8 +97,8 @@ void PoseCellNetwork::load(const State& state) {
   state.get("model_sum", model_sum_);
 }
 
-/// Shared among the eight cells around the estimate, so that the packet starts where the robot was, not up to
-/// half a cell beside it.
+/// Distributes the activity over the eight cells around the estimate. In one cell the packet would start up to
+/// half a cell beside the estimate.
 void PoseCellNetwork::reseed() {
   ++reseeds_;
   model_sum_ = 1.0;

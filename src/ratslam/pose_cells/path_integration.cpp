@@ -8,8 +8,8 @@
 namespace ratslam {
 namespace {
 
-/// Weights of where activity is after `n` shifts that each take a share `moved` of it one cell on, on a ring
-/// of `size` cells: the coefficients of ((1 - moved) + moved z)^n, z^size = 1.
+/// Distribution of activity after `n` shifts on a ring of `size` cells. Each shift moves the share `moved` by one
+/// cell. The weights are the coefficients of ((1 - moved) + moved z)^n with z^size = 1.
 std::vector<double> repeatedShift(double moved, double n, int size) {
   const auto length = static_cast<std::size_t>(size);
   const auto product = [length](const std::vector<double>& a, const std::vector<double>& b) {
@@ -20,7 +20,7 @@ std::vector<double> repeatedShift(double moved, double n, int size) {
         result[(i + j) % length] += a[i] * b[j];
         sum += a[i] * b[j];
       }
-    for (double& weight : result) weight /= sum;  // else rounding would grow with every squaring
+    for (double& weight : result) weight /= sum;  // otherwise rounding would grow with every squaring
     return result;
   };
   std::vector<double> power(length, 0.0);
@@ -65,16 +65,16 @@ PathIntegrator::Motion PathIntegrator::motionOf(double distance, double rotation
 
 double PathIntegrator::integrate(ActivityGrid& grid, double distance, double rotation, double sum) {
   const Motion motion = motionOf(distance, rotation);
-  // Packets farther apart than this cannot show up in each other's rows, nor arrive at the same cells.
+  // Packets farther apart than this neither read each other's cells nor reach the same cells.
   const std::vector<Box> boxes = coalesced(grid.boxes(), grid.sizes(), 2 * motion.reach + 1);
   if (packets_.size() < boxes.size()) packets_.resize(boxes.size());
   lost_ = 0.0;
   for (std::size_t b = 0; b < boxes.size(); ++b) shiftLayers(grid, boxes[b], motion, packets_[b]);
-  // The share that is left follows from what was lost, without a pass over the cells, unless little is left
-  // of it.
+  // The remaining sum follows from the loss, without a pass over the cells. If little remains, that would be
+  // inaccurate.
   const bool mostly_kept = lost_ < 0.5 * sum;
   const double scale = mostly_kept ? 1.0 / (sum - lost_) : 1.0;
-  const bool all_cells = boxes.size() == 1 && grid.isWhole(packets_[0].target);  // written, nothing to add to
+  const bool all_cells = boxes.size() == 1 && grid.isWhole(packets_[0].target);  // every cell will be written
   if (!all_cells) grid.clear();
   std::vector<Box> targets;
   for (std::size_t b = 0; b < boxes.size(); ++b) {
@@ -96,7 +96,7 @@ void PathIntegrator::setExtent(const Box& box, std::size_t axis, const std::vect
                                const Motion& motion, Extent& extent) const {
   const Span& span = box[axis];
   const int size = params_.n_xy;
-  int up = 0;  // how far activity goes to higher and to lower cells: all layers may move to one side
+  int up = 0;  // largest motion to higher and to lower cells: all layers may move to the same side
   int down = 0;
   for (int c = 0; c < box[kLayer].length; ++c) {
     const auto k = static_cast<std::size_t>(wrapIndex(box[kLayer].begin + c, params_.n_th));
@@ -166,7 +166,7 @@ void PathIntegrator::shiftLayer(int k, const Motion& motion, std::ptrdiff_t row_
   setShift(motion.cells * sin_heading_[layer], motion, params_.n_xy, shift_y_);
   const std::ptrdiff_t size = row_stride * rows_.count;
   const int taps = motion.reach + 1;
-  // The last rows look past their end by the reach; what they find there falls into unused columns.
+  // The last rows read past their end by the reach. These values fall into unused columns.
   double* const along_y = along_y_.atLeast(static_cast<std::size_t>(size + 2 * taps + kRowQuantum));
   kernels_->correlate(gathered_.data() + motion.reach * row_stride, -shift_y_.sign * row_stride, along_y,
                       size, shift_y_.weights.data(), taps);
@@ -174,7 +174,7 @@ void PathIntegrator::shiftLayer(int k, const Motion& motion, std::ptrdiff_t row_
   if (params_.openratslam_corner && motion.sub_steps == 1.0) loseAtCorner(k, motion, row_stride, shifted);
 }
 
-/// The direction's quadrant, not the signs of its components, says which corner it is: OpenRatSLAM turns a
+/// The quadrant of the direction selects the corner, and not the signs of its components: OpenRatSLAM turns a
 /// layer by whole quadrants before it shifts it.
 void PathIntegrator::loseAtCorner(int k, const Motion& motion, std::ptrdiff_t row_stride, double* shifted) {
   const int quadrant = (4 * k / params_.n_th + (motion.cells < 0.0 ? 2 : 0)) % 4;

@@ -16,7 +16,7 @@ bool isNear(const Box& a, const Box& b, int margin, const RingSizes& sizes) {
   return true;
 }
 
-/// Shortest span around two.
+/// Shortest span around two spans.
 Span hull(const Span& a, const Span& b, int size) {
   const auto startingWith = [size](const Span& first, const Span& second) {
     const int length = std::max(first.length, wrapIndex(second.begin - first.begin, size) + second.length);
@@ -39,7 +39,7 @@ void mergeInto(std::vector<Box>& boxes, Box box, const RingSizes& sizes, int mar
     for (const std::size_t axis : {kColumn, kRow, kLayer})
       box[axis] = hull(box[axis], boxes[b][axis], sizes[axis]);
     boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(b));
-    b = 0;  // the grown box may be near to those passed over before
+    b = 0;  // the larger box may be near boxes that were checked before
   }
   boxes.push_back(box);
 }
@@ -51,7 +51,7 @@ std::vector<Box> coalesced(const std::vector<Box>& boxes, const RingSizes& sizes
 }
 
 std::vector<Span> occupiedSpans(const double* values, int size, bool ring, int min_gap) {
-  // On a ring, start behind a gap, so that no run is cut in two.
+  // On a ring, start after a gap, so that no run is divided.
   int start = 0;
   if (ring) {
     int empty = 0;

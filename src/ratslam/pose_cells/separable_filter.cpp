@@ -7,7 +7,7 @@ namespace ratslam {
 
 namespace {
 
-constexpr int kRowsAtOnce = 8;  // brought together and filtered while the first-level cache holds them
+constexpr int kRowsAtOnce = 8;  // rows gathered and filtered while the first-level cache holds them
 
 }  // namespace
 
@@ -25,7 +25,7 @@ std::vector<double> halfGaussian(int dim, double width) {
 void Volume::resize(const std::array<int, 3>& new_counts) {
   counts = new_counts;
   width = paddedWidth(counts[kColumn]);
-  // Whoever reads padded rows from a column in the middle on looks past the end by less than a row quantum.
+  // A read of padded rows from a column in the middle passes the end by less than a row quantum.
   cells.atLeast(static_cast<std::size_t>(layerStride() * counts[kLayer] + kRowQuantum));
 }
 
@@ -47,7 +47,7 @@ void SeparableFilter::apply(const CellSource& in, const std::array<GatherAxis, 3
   int filtered = layers.first;
   for (int k = 0; k < layers.count; ++k) {
     for (; filtered <= k + 2 * radius_ && filtered < layers.last; ++filtered) {
-      const bool known = layers.period > 0 && filtered >= layers.period;  // a ring shows its beginning again
+      const bool known = layers.period > 0 && filtered >= layers.period;  // on a ring the first layers repeat
       if (!known)
         filterPlane(in.cells + layers.source(filtered) * in.layer_stride, axes[kRow], out.width,
                     keptLayer(layers, filtered, layer_size));
@@ -59,7 +59,7 @@ void SeparableFilter::apply(const CellSource& in, const std::array<GatherAxis, 3
   }
 }
 
-/// Memory, and zeros where nothing will be written: what has no source stays 0, whichever layer's rows come.
+/// Allocates memory and zeroes the cells without a source: these stay 0 for the rows of all layers.
 void SeparableFilter::reserve(const std::array<GatherAxis, 3>& axes, const Volume& out) {
   const auto positions_y = static_cast<std::size_t>(axes[kRow].positions());
   const std::size_t gathered_size = positions_y * static_cast<std::size_t>(gathered_stride_);
@@ -71,8 +71,8 @@ void SeparableFilter::reserve(const std::array<GatherAxis, 3>& axes, const Volum
   std::fill_n(kept_.atLeast(n_kept * layer_size), layer_size, 0.0);
 }
 
-/// In this order: one layer of zeros; the first layers of a ring, which its end needs again; as many as a
-/// kernel spans, in turn.
+/// Order in memory: one layer of zeros; the first layers of a ring, which its end needs again; a circular buffer
+/// of as many layers as the kernel spans.
 double* SeparableFilter::keptLayer(const GatherAxis& layers, int position, std::ptrdiff_t layer_size) {
   if (position < layers.first || position >= layers.last) return kept_.data();
   const int on_ring = layers.period > 0 ? position % layers.period : position;

@@ -10,8 +10,8 @@
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kTooYoung = 10;      // ids tied last, which do not inject: the robot is still there
-constexpr double kSaturationScale = 30.0;  // exp(1.2 d) = 30 at d = 2.83, where a view falls silent
+constexpr std::size_t kTooYoung = 10;      // the newest ids do not inject: the robot is still there
+constexpr double kSaturationScale = 30.0;  // exp(1.2 d) = 30 at d = 2.83, where injection ends
 constexpr double kSaturationGrowth = 1.2;
 
 }  // namespace
@@ -69,8 +69,8 @@ void ViewInput::load(const State& state) {
   state.get("events", events_);
 }
 
-/// Repeated subtraction, not a product: the result equals the sweep's to the last bit. An id that has not
-/// been repeated is at rest and takes no step.
+/// Subtracts repeatedly instead of multiplying: so the bits equal those of an update at each event. An id that
+/// has not been repeated is at rest and takes no step.
 void ViewInput::restore(Tie& tie) const {
   for (; tie.updated < events_; ++tie.updated) {
     const double restored = std::max(params_.active_decay, tie.saturation - params_.restore);
