@@ -1,4 +1,4 @@
-/// What an odometry says, how well it knows it, and the motion made of it.
+/// Samples of an odometry with their uncertainty, and the steps of motion computed from them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,13 +10,13 @@
 
 namespace ratslam {
 
-/// Covariance of a twist (vx, vy, vz, wx, wy, wz) in base_link [m/s, rad/s], as nav_msgs/Odometry has it.
+/// Covariance of a twist (vx, vy, vz, wx, wy, wz) in base_link [m/s, rad/s], as in nav_msgs/Odometry.
 using TwistCovariance = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
-/// How well an odometry knows its unit of length.
+/// Uncertainty of an odometry's unit of length.
 struct UnitOfLength {
-  /// Relative standard deviation about the true unit that does not grow: what road, wheel or stereo leave.
-  /// None: the unit is not anchored to anything.
+  /// Relative standard deviation about the true unit, if it is bounded because a road plane, wheels or stereo
+  /// anchor the unit. None: the unit is not anchored.
   std::optional<double> anchor_sigma;
   /// Relative standard deviation of the unit's random walk over one metre driven [1/sqrt(m)].
   double walk_sigma = 0.0;
@@ -39,8 +39,8 @@ struct StampedMotion {
   }
 };
 
-/// Total motion over a stretch whose samples were predictions, known once the odometry measures again. It
-/// takes the place of what the samples of that stretch said.
+/// Total motion over a stretch whose samples were predicted. The odometry knows it once it measures again. It
+/// replaces the motion of the samples of that stretch.
 struct OdometryCorrection {
   Stamp from = 0;  ///< stamp of the last measured sample before the stretch
   Stamp to = 0;    ///< stamp of the first measured sample after it
@@ -48,8 +48,8 @@ struct OdometryCorrection {
   /// Of the motion (x, y, z, rx, ry, rz), in the axes of base_link at `from` [m^2, rad^2].
   Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance =
       Eigen::Matrix<double, 6, 6, Eigen::RowMajor>::Zero();
-  /// Where base_link was at the samples in between, in base_link at `from`, oldest first; empty: the source
-  /// does not say, and the stretch keeps the course that its samples had.
+  /// Poses of base_link at the samples in between, in base_link at `from`, oldest first. Empty: unknown; the
+  /// stretch keeps the shape of its samples.
   std::vector<StampedMotion> way;
 
   template <class Fields>
@@ -58,7 +58,7 @@ struct OdometryCorrection {
     fields("to", to);
     fields("motion", motion);
     fields("covariance", covariance);
-    // Lists of plain values, which fit into the rows of a table.
+    // As lists of plain values they fit into the rows of a table.
     std::vector<Stamp> stamps;
     std::vector<Eigen::Isometry3d> motions;
     for (const StampedMotion& moved : way) {
@@ -72,21 +72,20 @@ struct OdometryCorrection {
   }
 };
 
-/// One odometry message. The twist holds for the time since the message before it.
+/// One sample of an odometry. The twist holds for the time since the sample before it.
 struct OdometrySample {
   Stamp stamp = 0;
   double speed = 0.0;     ///< forward [m/s]
   double yaw_rate = 0.0;  ///< [rad/s], counter-clockwise positive
-  /// Pose of base_link in the odometry's own frame (x forward at the start, z up), where the source gives
-  /// one.
+  /// Pose of base_link in the odometry's own frame (x forward at the start, z up); none if the source has none.
   std::optional<Eigen::Isometry3d> pose;
-  /// Of the twist over the time since the sample before; none: the source does not say, defaults apply.
+  /// Of the mean twist since the sample before; none: unknown, defaults apply.
   std::optional<TwistCovariance> covariance;
-  /// None: the source does not say, defaults apply.
+  /// None: unknown, defaults apply.
   std::optional<UnitOfLength> unit;
-  /// Changes when the source starts anew: its pose then has nothing to do with the poses before.
+  /// Changes when the source starts anew: poses of different epochs cannot be compared.
   std::uint32_t epoch = 0;
-  /// The motion was predicted, not measured: tracking was lost or there was nothing to see.
+  /// The motion was predicted, not measured, because tracking was lost or the image showed nothing.
   bool bridged = false;
   std::optional<OdometryCorrection> correction;
 
@@ -104,8 +103,8 @@ struct OdometrySample {
   }
 };
 
-/// A sample as it is after a message has carried it, which rounds the pose's rotation to a quaternion.
-/// Whoever hands samples on without a message applies this, so that both ways give the same bits.
+/// The sample as it would arrive in a message, which rounds the pose's rotation to a quaternion. Code that hands
+/// on samples without a message calls this, so that nodes and offline runner get the same bits.
 inline OdometrySample asTransmitted(OdometrySample sample) {
   const auto rounded = [](Eigen::Isometry3d& pose) {
     pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
@@ -121,20 +120,20 @@ inline OdometrySample asTransmitted(OdometrySample sample) {
 /// Covariance of a step (forward, left, up, rotation) in its axes [m^2, rad^2].
 using StepCovariance = Eigen::Matrix4d;
 
-/// Motion over one stretch of time, in the axes of the robot *at the end* of it (the heading turns first,
-/// then the robot moves along it: the reference arithmetic of docs/model.md). A planar odometry has left = up = 0.
+/// Motion over one stretch of time, in the axes of the robot *at the end* of it: first the heading turns, then the
+/// robot moves (the reference arithmetic of docs/model.md). A planar odometry has left = up = 0.
 struct OdometryStep {
   double dt = 0.0;        ///< [s]
   double rotation = 0.0;  ///< change of heading [rad]
   double forward = 0.0;   ///< [m], negative when reversing
   double left = 0.0;      ///< [m]
   double up = 0.0;        ///< [m]
-  /// None: the source does not say.
+  /// None: unknown.
   std::optional<StepCovariance> covariance;
   std::optional<UnitOfLength> unit;
-  bool new_unit = false;  ///< the unit of length has nothing to do with the one before this step
+  bool new_unit = false;  ///< the unit of length begins anew with this step
   bool bridged = false;   ///< predicted, not measured
-  /// Attitude at the end but for the yaw (odometry/uncertainty.h).
+  /// Attitude at the end without the yaw (odometry/uncertainty.h).
   Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
 
   template <class Fields>

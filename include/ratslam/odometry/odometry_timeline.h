@@ -1,17 +1,17 @@
-/// A stream of odometry laid out in time, so that its motion can be asked for up to any stamp.
+/// A stream of odometry on a time line. It gives the motion up to any stamp.
 ///
-/// The twist of a sample holds from the sample before it to its own stamp; the first sample only sets the
-/// clock. Images come at stamps of their own, often between two samples: the motion of the sample that covers
-/// an image's stamp is then divided there. What a caller gets is a function of stamps and values, never of
-/// arrival order.
+/// The twist of a sample holds from the stamp of the sample before to its own. The first sample only sets the
+/// clock. The stamp of an image often lies between two samples: then the motion of the later sample is divided at
+/// that stamp. The result is a function of stamps and values, never of arrival order.
 ///
-/// Not everything is driven as it was said:
-///  - a silence longer than odometry_gap is a stretch nobody measured, unless the source says how well it
-///    knows its motion: the poses at its two ends say where it led, else nothing does, and it is as loose as
-///    the fastest motion seen so far could make it;
-///  - a pose that jumps far beyond what the twist says (a source that started anew at its origin) and a change
-///    of epoch are bridged by the twist, as loosely, and leave the unit of length behind;
-///  - a source whose twist is zero while its pose moves is followed by its pose.
+/// The motion of a sample is not always used as it is:
+///  - A silence longer than odometry_gap is an unmeasured stretch, unless the source states the covariance of the
+///    twist and of its unit. Its motion follows from the poses at both ends, and without poses is unknown. Its
+///    covariance allows for the fastest motion so far.
+///  - A pose that jumps far beyond the twist (the source started anew at its origin) is not used, nor is the pose
+///    across a change of epoch. The motion is that of the twist, with a covariance as large, and the unit of
+///    length begins anew.
+///  - If the twist is zero while the pose moves, the motion is that of the pose.
 #pragma once
 
 #include <deque>
@@ -44,44 +44,45 @@ struct OdometryStreamParams {
 struct TimedStep {
   Stamp end = 0;
   OdometryStep step;
-  std::optional<OdometryCorrection> correction;  ///< known from this stamp on
+  std::optional<OdometryCorrection> correction;  ///< that became known at this stamp
 };
 
-/// What became of a sample handed to OdometryTimeline::push.
+/// Result of OdometryTimeline::push.
 enum class SampleVerdict { kAccepted, kImpossible, kRepeatedStamp, kLate, kTimeWentBack };
 
 class OdometryTimeline {
  public:
-  /// @param use_pose  take displacements from the samples' poses, where given, instead of from their twists
+  /// @param use_pose  take displacements from the samples' poses, if they have any, instead of their twists
   explicit OdometryTimeline(bool use_pose, const OdometryStreamParams& params = {})
       : use_pose_(use_pose), params_(params) {}
 
-  /// Appends a sample. A covariance that cannot be used counts as not said. Only an accepted sample changes anything: values that are impossible (possible.h), a stamp already
-  /// seen and a stamp before it are reported to the caller, who counts, warns or resets.
+  /// Appends a sample. A covariance that cannot be used counts as unknown. Only an accepted sample changes
+  /// anything. Impossible values (possible.h), a repeated stamp and an earlier stamp are reported to the caller,
+  /// who counts, warns or resets.
   SampleVerdict push(const OdometrySample& sample);
 
   /// True once motion up to `stamp` is known.
   bool reached(Stamp stamp) const { return last_ && stamp <= last_->stamp; }
 
-  /// Steps from where the last call ended (at first: the first sample) to `stamp`, or as far towards it as
-  /// the motion is known, oldest first; empty where that is no time.
+  /// Steps from the end of the last call (at first: from the first sample) to `stamp`, oldest first. They end
+  /// earlier if the motion is not known up to `stamp`, and are empty if no time has passed.
   std::vector<TimedStep> advanceTo(Stamp stamp);
-  /// The same steps, which stay to be asked for again.
+  /// The same steps, without consuming them.
   std::vector<TimedStep> lookAhead(Stamp stamp) const;
 
-  /// Start of the known time, once the first sample has set the clock.
+  /// Stamp of the first sample; none before it.
   std::optional<Stamp> clockStart() const { return start_; }
-  /// Where the last call of advanceTo ended.
+  /// Stamp at which the last call of advanceTo ended.
   Stamp cursor() const { return cursor_; }
   std::optional<Stamp> lastStamp() const { return last_ ? std::optional<Stamp>(last_->stamp) : std::nullopt; }
 
-  /// Stretches that nobody measured so far.
+  /// Number of unmeasured stretches so far.
   std::uint64_t unmeasured() const { return unmeasured_; }
 
   /// Forgets everything; the next sample sets the clock anew.
   void reset();
 
-  /// What it knows, for common/state.h.
+  /// For common/state.h.
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("start", start_);
@@ -124,8 +125,8 @@ class OdometryTimeline {
   Stamp cursor_ = 0;
   std::optional<OdometrySample> last_;
   std::deque<Interval> pending_;
-  double fastest_ = 0.0;       ///< speed so far [m/s]
-  double fastest_turn_ = 0.0;  ///< yaw rate so far [rad/s]
+  double fastest_ = 0.0;       ///< highest speed so far [m/s]
+  double fastest_turn_ = 0.0;  ///< highest yaw rate so far [rad/s]
   std::uint64_t unmeasured_ = 0;
 };
 

@@ -1,4 +1,4 @@
-/// Which numbers an odometry can mean: what no machine drives would overflow once it is added up over a drive.
+/// Range check of odometry samples. Values that no machine can drive would overflow when they add up over a drive.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace ratslam {
 
-/// Why a sample cannot be used: a number that is not finite, or one beyond 10^6 m/s, 10^6 rad/s or 10^12 m. Empty where
-/// it can. The covariance of the twist is not looked at: one that cannot be used counts as not said.
+/// Why a sample cannot be used: a number is not finite, or beyond 10^6 m/s, 10^6 rad/s or 10^12 m. Empty if it can
+/// be used. The covariance of the twist is not checked here: an unusable one counts as unknown.
 std::string whyImpossible(const OdometrySample& sample);
 
 }  // namespace ratslam

@@ -1,17 +1,16 @@
-/// The odometries there are, by name: what command lines, configurations and help know of them comes from
-/// here.
+/// Registry of the odometries by name. Command lines, configurations and help texts are derived from it.
 ///
 /// To add one: write a class that is an OdometrySource (source.h) and has
 ///
 ///     using Params = ...;                                    // a parameter struct (common/params.h)
-///     MySource(const Params&);                               // or, where it needs the camera's calibration,
+///     MySource(const Params&);                               // or, if it needs the camera's calibration,
 ///     MySource(const CameraModel&, const Params&);
 ///
 /// and add one line to standardOdometry() in registry.cpp:
 ///
 ///     registry.add<MySource>("mine", "what it is");
 ///
-/// Its parameters are then read, checked, listed and written like those of the others.
+/// Its parameters are then read, checked, listed and written like those of the other odometries.
 #pragma once
 
 #include <functional>
@@ -27,11 +26,11 @@
 
 namespace ratslam {
 
-/// Where the samples come from.
+/// Origin of the samples.
 enum class OdometryOrigin {
-  kImages,  ///< an OdometrySource makes them
-  kTopic,   ///< they lie among the images of a recording
-  kFile,    ///< they lie in a file of their own, which is named instead of the odometry
+  kImages,  ///< an OdometrySource computes them from images
+  kTopic,   ///< a topic of the recording holds them
+  kFile,    ///< a separate file holds them; its path is given instead of a name
 };
 
 struct OdometryKind {
@@ -39,14 +38,14 @@ struct OdometryKind {
   std::string meaning;
   OdometryOrigin origin = OdometryOrigin::kImages;
   bool needs_camera = false;
-  std::optional<AnyParams> params;  ///< at their defaults; none where there are none
-  /// Makes the source; none where it is not made of images. The camera is there where it is needed.
+  std::optional<AnyParams> params;  ///< default values; none if it has no parameters
+  /// Makes the source; empty unless the origin is kImages. The camera is given if the source needs one.
   std::function<std::unique_ptr<OdometrySource>(const AnyParams&, const std::optional<CameraModel>&)> make;
 };
 
 class OdometryRegistry {
  public:
-  /// @throws std::invalid_argument where the name is taken
+  /// @throws std::invalid_argument if the name is taken
   template <class Source>
   void add(const std::string& name, const std::string& meaning) {
     using Params = typename Source::Params;
@@ -60,12 +59,12 @@ class OdometryRegistry {
     };
     insert(std::move(kind));
   }
-  /// An odometry that is not made of images.
+  /// Adds an odometry that is not computed from images.
   void addOutside(const std::string& name, const std::string& meaning, OdometryOrigin origin);
 
   const std::vector<OdometryKind>& kinds() const { return kinds_; }
-  /// The one of that name; a name of none is taken for a file.
-  /// @throws std::invalid_argument naming all there are where there is no such file either
+  /// The odometry of that name. Any other name is taken for a file.
+  /// @throws std::invalid_argument listing all names if there is no such file either
   const OdometryKind& find(const std::string& name) const;
 
  private:
@@ -90,7 +89,7 @@ class OdometryParams {
   /// @throws std::invalid_argument naming key, value and bound
   void validate() const;
 
-  /// Those of one type. @throws std::out_of_range where no odometry has it
+  /// The parameters of one type. @throws std::out_of_range if no odometry has that type
   template <class Params>
   const Params& of() const {
     for (const Named& named : all_) {
@@ -98,8 +97,8 @@ class OdometryParams {
     }
     throw std::out_of_range("no odometry has parameters of this type");
   }
-  /// The source of a kind that is made of images.
-  /// @throws std::invalid_argument where it needs a camera and there is none, or parameters are bad
+  /// Makes the source of a kind with origin kImages.
+  /// @throws std::invalid_argument if it needs a camera and there is none, or parameters are bad
   std::unique_ptr<OdometrySource> make(const OdometryKind& kind,
                                        const std::optional<CameraModel>& camera) const;
 

@@ -1,4 +1,4 @@
-/// What every odometry made of images offers, so that nodes and runner need not know which one it is.
+/// Interface of all odometries that are computed from images. Nodes and runner use it for any of them.
 #pragma once
 
 #include <optional>
@@ -18,16 +18,16 @@ class OdometrySource {
   OdometrySource& operator=(const OdometrySource&) = delete;
   virtual ~OdometrySource() = default;
 
-  /// Motion since the frame before, one sample a frame whatever its quality: a frame that shows nothing gives
-  /// a bridged one.
-  /// @throws std::invalid_argument where the image does not suit the source; it is then as before
+  /// Motion since the frame before. Each frame gives one sample, whatever its quality; a frozen or blank frame
+  /// gives a bridged one.
+  /// @throws std::invalid_argument if the source cannot use the image. The source is then unchanged.
   virtual OdometrySample track(const ImageFrame& frame) = 0;
 
-  /// Why nothing of all it gave was measured, where that is so: said at the end of a run.
+  /// If none of the samples was measured, the reason, which is reported at the end of a run; else none.
   virtual std::optional<std::string> failure() const { return std::nullopt; }
 
-  /// All that the samples of later frames depend on.
-  /// @throws std::runtime_error where the source cannot be saved, or the state is of another source
+  /// Saves everything that the samples of later frames depend on.
+  /// @throws std::runtime_error if the source cannot be saved, or the state is of another source
   virtual void save(State& state) const;
   virtual void load(const State& state);
 };

@@ -1,4 +1,4 @@
-/// What an odometry says of its own uncertainty, as the map uses it.
+/// Uncertainty of an odometry: checks of its covariances, and their conversion to that of a step.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,17 +8,16 @@
 
 namespace ratslam {
 
-/// Why a covariance cannot be used: a value that is not finite, a negative variance, no symmetry, a variance of
-/// the forward speed or the yaw rate that no odometry has. Empty where it can.
+/// Why a covariance cannot be used: a value is not finite, a variance is negative, the matrix is not symmetric, or
+/// the variance of forward speed or yaw rate is that of no odometry. Empty if it can be used.
 std::string whyAbsurd(const TwistCovariance& covariance);
 
-/// Attitude but for the yaw: the rotation that is left of a pose once its heading is taken out on the left.
+/// Attitude without the yaw: the rotation that remains of a pose when its heading is removed on the left.
 Eigen::Quaterniond tiltOf(const Eigen::Isometry3d& pose);
 
-/// Covariance of the motion over `dt` seconds whose twist has this covariance, in level axes with x forward.
-/// An axis beside the direction of travel whose variance says "unknown" (as odometries in the plane fill it)
-/// is taken to be held by the plane.
-/// @param tilt  of base_link
+/// Covariance of the motion over `dt` seconds, in level axes with x forward. A planar odometry often gives the
+/// axes across the direction of travel a variance that means "unknown". The plane is taken to constrain them.
+/// @param covariance  of the twist  @param tilt  of base_link
 StepCovariance stepCovariance(const TwistCovariance& covariance, const Eigen::Quaterniond& tilt, double dt);
 
 }  // namespace ratslam

@@ -10,21 +10,21 @@
 namespace ratslam {
 namespace {
 
-/// A pose jumps where it moves this many times faster than anything so far, counted over this much time more
-/// than has passed, since stamps and twists are not exact; likewise where it turns by more than an angle.
+/// A pose jumps if it moves by this factor faster than the fastest motion so far, or turns by more than an angle.
+/// The time is taken longer than it is by kStampError_s, because stamps and twists are not exact.
 constexpr double kJump = 3.0;
 constexpr double kJumpOfPoseOnly = 10.0;
 constexpr double kStampError_s = 0.1;
 constexpr double kTurnError = 0.5;
 
-/// Least speed and yaw rate that an unmeasured stretch may have had [m/s, rad/s].
+/// Least values of the fastest motion that an unmeasured stretch may have had [m/s, rad/s].
 constexpr double kLeastSpeed = 0.01;
 constexpr double kLeastYawRate = 0.1;
-/// Share of the speed that may have gone up or down.
+/// Standard deviation of the vertical speed on an unmeasured stretch, as a share of the speed.
 constexpr double kClimb = 0.2;
 
-/// Samples that may wait to be asked for: beyond, old ones are joined (a part of the chain that takes the motion
-/// is dead, and memory is not without end).
+/// Bound on samples that nobody has consumed. Beyond it old ones are joined: if the consumer is dead, memory must
+/// not grow without end.
 constexpr std::size_t kMostPending = 20000;
 
 double yawOf(const Eigen::Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
@@ -53,7 +53,7 @@ OdometryStep stepByPose(const Eigen::Isometry3d& before, const Eigen::Isometry3d
   return step;
 }
 
-/// Two steps as one.
+/// Joins two consecutive steps.
 OdometryStep joinedSteps(const OdometryStep& first, const OdometryStep& second) {
   OdometryStep both = second;
   const double c = std::cos(second.rotation);
@@ -69,7 +69,7 @@ OdometryStep joinedSteps(const OdometryStep& first, const OdometryStep& second) 
   return both;
 }
 
-/// Part of `whole` between two fractions of its time.
+/// The part of `whole` between the fractions `from` and `to` of its time.
 OdometryStep partOf(const OdometryStep& whole, bool from_pose, double from, double to, double dt) {
   const double share = to - from;
   OdometryStep part = whole;
@@ -81,8 +81,8 @@ OdometryStep partOf(const OdometryStep& whole, bool from_pose, double from, doub
   if (part.covariance) *part.covariance *= share;
   part.new_unit = whole.new_unit && from == 0.0;
   if (from_pose) {
-    // A displacement measured as a chord is straight in space: only the axes it is told in turn with the
-    // robot.
+    // A displacement from poses is a chord, which is straight in space. Only the robot's axes turn, in which it is
+    // expressed.
     const double left_to_turn = whole.rotation * (1.0 - to);
     const double c = std::cos(left_to_turn);
     const double s = std::sin(left_to_turn);
@@ -105,7 +105,7 @@ SampleVerdict OdometryTimeline::push(const OdometrySample& sample) {
   if (last_) {
     pending_.push_back(intervalTo(sample));
     if (pending_.size() > kMostPending) {
-      // Nobody has asked for so long that the course in between no longer matters.
+      // The consumer is so late that the shape of the path in between no longer matters.
       Interval& joined = pending_[1];
       const Interval& next = pending_[2];
       joined.whole = joinedSteps(joined.whole, next.whole);
@@ -128,7 +128,7 @@ OdometryTimeline::Interval OdometryTimeline::intervalTo(const OdometrySample& sa
   interval.correction = sample.correction;
   const double dt = secondsBetween(interval.begin, interval.end);
   const OdometryStep by_twist = stepByTwist(sample, dt);
-  // Where a stretch is corrected the pose jumps to where it should have been: the motion is the twist's.
+  // At a correction the pose jumps to its corrected place. So the motion of this sample is that of the twist.
   const bool with_poses = sample.pose && last_->pose && !sample.correction;
   const OdometryStep by_pose = with_poses ? stepByPose(*last_->pose, *sample.pose, dt) : by_twist;
   const bool pose_only = with_poses && sample.speed == 0.0 && sample.yaw_rate == 0.0 &&
@@ -136,7 +136,7 @@ OdometryTimeline::Interval OdometryTimeline::intervalTo(const OdometrySample& sa
   const bool said = sample.covariance && whyAbsurd(*sample.covariance).empty();
   const bool another_epoch = sample.epoch != last_->epoch;
   const bool jumped = with_poses && !another_epoch && contradicts(by_pose, by_twist, pose_only);
-  // A covariance of the twist alone is of the moment: only a source that speaks of its unit, too, vouches for
+  // A covariance of the twist alone may hold for the moment only. A source that also states its unit vouches for
   // the whole time since its last sample.
   const bool silent = dt > params_.odometry_gap && !(said && sample.unit);
   const bool loose = jumped || silent || ((another_epoch || sample.bridged) && !said);

@@ -6,9 +6,9 @@
 namespace ratslam {
 namespace {
 
-/// Variances from here on say that nothing is known [m^2/s^2, rad^2/s^2].
+/// Variances from here on mean "unknown" [m^2/s^2, rad^2/s^2].
 constexpr double kUnknownVariance = 1e4;
-/// Difference between two halves of a covariance, relative to its variances, that is more than rounding.
+/// A larger difference between the two halves of a covariance, relative to its variances, is more than rounding.
 constexpr double kAsymmetry = 1e-3;
 
 }  // namespace

@@ -1,8 +1,9 @@
 /// Pose of a new frame against the local map.
 ///
-/// Steps: the landmarks of the last frame are searched by descriptor around where a predicted pose puts them,
-/// in a window that grows until enough are found; the pose is refined; then every landmark in view is aligned
-/// to a fraction of a pixel, and the pose is refined again on those.
+/// Steps:
+///  1. Search the landmarks of the last frame by descriptor around their predicted positions, in a window that
+///     grows until enough are found. Refine the pose.
+///  2. Align every landmark in view to a fraction of a pixel, and refine the pose on them again.
 #pragma once
 
 #include <vector>
@@ -15,7 +16,7 @@
 namespace ratslam {
 
 struct TrackingParams {
-  int min_tracked = 25;  ///< landmarks below which tracking has failed
+  int min_tracked = 25;  ///< with fewer landmarks tracking has failed
   RobustLoss loss;
   AlignmentLimits alignment;
 };
@@ -23,17 +24,17 @@ struct TrackingParams {
 struct TrackingOutcome {
   bool tracked = false;
   PoseEstimate estimate;
-  int in_view = 0;  ///< landmarks that the pose predicts in the image
+  int in_view = 0;  ///< landmarks that the pose projects into the image
 };
 
-/// On success sets the frame's pose and observations (inliers only) and counts landmarks as visible and
-/// found.
+/// On success sets the frame's pose and observations (inliers only), and updates how often landmarks were visible
+/// and found.
 /// @param last observations of the frame before. @param workers share the landmarks.
 TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::vector<Observation>& last,
                            const RigidTransform& predicted, Frame& frame, const TrackingParams& params,
                            WorkerPool& workers);
 
-/// The second half of trackFrame by itself: from a pose that is right to a few pixels.
+/// Step 2 of trackFrame alone. @param pose right to a few pixels.
 TrackingOutcome trackLocalMap(const CameraModel& camera, LocalMap& map, const RigidTransform& pose,
                               Frame& frame, const TrackingParams& params, WorkerPool& workers);
 

@@ -1,11 +1,10 @@
 /// The road plane ahead of the camera, from two or three images and the motion between them.
 ///
-/// A plane n.X = h in the camera's axes (X forward z, down y; n unit, pointing down) carries a pixel's
-/// bearing b into another view as R b + t (n.b)/h. The plane is fitted by aligning the grey values of the
-/// patch of road in the present lane: Gauss-Newton over log h and the two tilts of n, coarse to fine, with
-/// gain and offset of brightness taken out and residuals weighted robustly; tilt has a prior, because a
-/// vehicle's axles allow little. The height comes out in the odometry's own unit: that is what the scale is
-/// held by.
+/// Let the plane be n.X = h in the camera's axes (z forward, y down; n is a unit vector that points down). It maps
+/// the bearing b of a pixel into another view as R b + t (n.b)/h. The fit aligns the grey values of a patch of road
+/// in the present lane, by Gauss-Newton over log h and the two tilts of n, from coarse to fine. It removes gain and
+/// offset of brightness and weights residuals robustly. The tilt has a prior, because a vehicle's suspension allows
+/// little. The result is the height in the odometry's own unit, from which the scale follows.
 ///
 /// Lucas and Kanade (1981) on a plane-induced homography (Hartley and Zisserman, ch. 13).
 #pragma once
@@ -30,22 +29,22 @@ struct RoadMeasurement {
 };
 
 struct RoadParams {
-  double nearest = 3.0;         ///< where the patch of road begins [camera heights ahead]
-  double farthest = 9.0;        ///< where it ends
-  double half_width = 1.1;      ///< to either side: the present lane
-  double tilt_sigma_deg = 0.7;  ///< of the prior of the normal, about x (pitch) and z (roll)
+  double nearest = 3.0;         ///< begin of the patch of road [camera heights ahead]
+  double farthest = 9.0;        ///< end of the patch [camera heights ahead]
+  double half_width = 1.1;      ///< of the patch: the present lane [camera heights]
+  double tilt_sigma_deg = 0.7;  ///< prior of the normal, about x (pitch) and z (roll)
   double min_correlation = 0.6;
   double max_sigma_log = 0.1;
 };
 
-/// Fits the plane. @param earlier frames that saw the same piece of road, poses relative to `now` known.
-/// @param predicted where the plane should be; its normal is the prior of the tilt.
-/// @return nothing where the image does not show a well-textured plane there.
+/// Fits the plane. @param earlier frames that saw the same piece of road, with known poses relative to `now`.
+/// @param predicted the expected plane; its normal is the prior of the tilt.
+/// @return none if the image does not show a well-textured plane there.
 std::optional<RoadMeasurement> measureRoad(const CameraModel& camera, const Frame& now,
                                            const std::vector<const Frame*>& earlier,
                                            const RoadPlane& predicted, const RoadParams& params);
 
-/// The same without any idea of the height: tries heights from `lowest` to `highest` first.
+/// The same with an unknown height: first tries heights from `lowest` to `highest`.
 std::optional<RoadMeasurement> searchRoad(const CameraModel& camera, const Frame& now,
                                           const std::vector<const Frame*>& earlier,
                                           const Eigen::Vector3d& normal, double lowest, double highest,

@@ -1,16 +1,18 @@
-/// The lens error that a camera's calibration has left, found from the landmarks themselves.
+/// Refines the distortion coefficients of the camera from the landmarks (self-calibration).
 ///
-/// A monocular odometry whose lens bends rays a little more than its calibration says fits its landmarks all
-/// the same, by stretching them: in every turn landmarks cross the image, and the unit of length changes with
-/// them (by 8 % a quarter turn for the published calibration of KITTI's images, 7 px at their corners). The
-/// bend shows in the reprojection errors, too, and there it can be measured. A bend about another centre than
-/// the principal point looks like a slow turn in the same way; the tangential coefficients stand for it.
+/// A small error of the calibrated distortion distorts the landmarks. In every turn they cross the image, and the
+/// unit of length changes with them: by 8 % a quarter turn for the published calibration of KITTI's images, which
+/// is 7 px wrong at their corners. The error also shows in the reprojection errors, where it can be measured. A
+/// distortion about another centre than the principal point looks like a slow turn; the tangential coefficients
+/// describe it.
 ///
-/// Steps: linearise the reprojection errors of a whole local map about its poses, its points and the lens
-/// model's first radial and its tangential coefficients; eliminate points and poses (Schur complement), which
-/// leaves what that map knows about the coefficients; sum over maps that share no keyframe, with a prior that
-/// trusts the calibration; solve. Triggs et al., Bundle Adjustment - A Modern Synthesis (2000), on
-/// self-calibration. Focal length and principal point stay: driving on a plane says too little about them.
+/// Steps:
+///  1. Linearise the reprojection errors of a whole local map about its poses, its points and the lens model's
+///     first two radial and its tangential coefficients.
+///  2. Eliminate points and poses (Schur complement). What remains is the information about the coefficients.
+///  3. Sum it over maps that share no keyframe, with a prior about the calibration, and solve.
+/// Source: Triggs et al., Bundle Adjustment - A Modern Synthesis (2000), on self-calibration. Focal length and
+/// principal point are not refined: motion in a plane gives too little information about them.
 #pragma once
 
 #include <optional>
@@ -21,25 +23,26 @@
 
 namespace ratslam {
 
-/// Half the robust sum of squared errors near a change c of the coefficients, with poses and points free:
-/// gradient.c + c.hessian.c / 2. Nothing is known of coefficients that the lens model lacks.
+/// Half the robust sum of squared errors as a function of a change c of the coefficients, minimised over poses
+/// and points: gradient.c + c.hessian.c / 2. For coefficients that the lens model lacks all entries are zero.
 struct LensInformation {
   Eigen::Matrix4d hessian = Eigen::Matrix4d::Zero();
   LensChange gradient = LensChange::Zero();
 };
 
-/// @param problem one that adjustBundle() takes; all its poses count as free.
+/// @param problem as for adjustBundle(), but all its poses count as free.
 LensInformation measureLens(const CameraModel& camera, const BundleProblem& problem, const RobustLoss& loss);
 
 struct LensRefinementParams {
-  double radial_sigma = 0.03;       ///< how far calibrated coefficients are off, k1 and k2
-  double tangential_sigma = 0.003;  ///< p1 and p2
-  double correlated = 10.0;         ///< so many observations of a map err alike
-  double worthwhile_shift = 0.5;    ///< at the image's corners; a smaller correction is not made [px]
-  double significance = 50.0;       ///< least chi-squared of the coefficients: on a straight road errors of
-                                    ///< a map are less random than `correlated` says
-  double shift_a_keyframe =
-      0.25;  ///< the most a correction moves the corners by, so that tracking holds [px]
+  double radial_sigma = 0.03;       ///< prior standard deviation of the error of k1 and k2
+  double tangential_sigma = 0.003;  ///< the same of p1 and p2
+  double correlated = 10.0;         ///< number of observations that count as one, because their errors agree
+  double worthwhile_shift = 0.5;    ///< least correction that is made, at the image's corners [px]
+  /// Least chi-squared of the coefficients. It is high because on a straight road the errors of a map are less
+  /// random than `correlated` allows for.
+  double significance = 50.0;
+  /// Largest correction per keyframe, at the image's corners, so that tracking continues [px].
+  double shift_a_keyframe = 0.25;
 };
 
 class LensRefinement {
@@ -47,9 +50,9 @@ class LensRefinement {
   LensRefinement(const CameraModel& calibrated, const LensRefinementParams& params)
       : calibrated_(calibrated), params_(params) {}
 
-  /// To be called for each new keyframe. @return the camera to use from now on, where it has changed.
+  /// To be called for each new keyframe. @return the refined camera; none if it has not changed.
   std::optional<CameraModel> update(const CameraModel& camera, const LocalMap& map, const RobustLoss& loss);
-  /// What to add to the calibrated coefficients, by all that is known.
+  /// Estimated change of the calibrated coefficients.
   LensChange estimate() const;
 
   template <class Fields>
@@ -71,7 +74,7 @@ class LensRefinement {
   LensChange weighted_ = LensChange::Zero();  // information times coefficients
   LensChange applied_ = LensChange::Zero();
   bool worthwhile_ = false;
-  std::optional<KeyframeId> measured_;  // newest keyframe of the last map that was measured
+  std::optional<KeyframeId> measured_;  // newest keyframe of the last local map that was used
 };
 
 }  // namespace ratslam

@@ -1,7 +1,7 @@
-/// The start of a map: waits until the camera has moved enough since a reference frame, then makes the first
-/// two keyframes and the landmarks between them.
+/// Starts a map: waits until the camera has moved enough from a reference frame, then makes the first two
+/// keyframes and triangulates their landmarks.
 ///
-/// The reference stays while its matches last, so that a standing or crawling camera gathers parallax.
+/// The reference is kept as long as it has enough matches, so that a slow camera gathers parallax.
 #pragma once
 
 #include <memory>
@@ -24,17 +24,16 @@ class MapInitialiser {
   MapInitialiser(const CameraModel& camera, const TwoViewParams& params, int map_keyframes)
       : camera_(camera), params_(params), map_keyframes_(map_keyframes) {}
 
-  /// The frame that the next map would start from; nothing before the first frame.
+  /// Reference frame of the next map; null before the first frame.
   const std::shared_ptr<Frame>& reference() const { return reference_; }
-  /// @param turn from the reference to this frame, where something else has measured it: matches are looked
-  /// for where it takes them, and a map that has turned otherwise is none. Two views of points at one depth
-  /// can confuse a turn with a way to the side.
-  /// @return a map as soon as the frames allow one.
+  /// Adds the next frame. @param turn from the reference to this frame, if it has been measured otherwise. It
+  /// predicts the positions of matches, and a map with another turn is rejected: two views of points at one depth
+  /// can confuse a turn with a sideways motion. @return a map as soon as the frames allow one.
   std::optional<InitialMap> add(const std::shared_ptr<Frame>& frame,
                                 const std::optional<UncertainTurn>& turn = std::nullopt);
   void reset() { reference_.reset(); }
   void setReference(std::shared_ptr<Frame> reference) { reference_ = std::move(reference); }
-  /// Another calibration, for the frames to come. @pre reset
+  /// Sets another calibration for later frames. @pre reset
   void setCamera(const CameraModel& camera) { camera_ = camera; }
 
  private:

@@ -1,17 +1,17 @@
-/// A stretch over which nothing was measured: from the last tracked frame to where tracking is back.
+/// An unmeasured stretch: from the last tracked frame to the first frame that is tracked again.
 ///
-/// While it lasts, each sample is predicted from the motion before, turned by what far features say where the
-/// image shows any (far_view.h). Once tracking is back, the whole stretch is known better - from the motion
-/// before and after, from far features, or from the map itself - and its samples are laid anew along it.
+/// During the stretch each sample is predicted from the motion before. Far features give its turn if the image
+/// shows any (far_view.h). After the stretch its motion is known better: from the motion before and after, from
+/// far features, or from the map. Then its samples are recomputed.
 ///
-/// The frames seen in between are a chain. Where far features connect a frame to the one before, the turn from
-/// one to the other is measured; where nothing does, as across a gap, the turn rates at both ends fill it
+/// The frames in between form a chain. If far features connect a frame to the one before, the turn between them is
+/// measured. Otherwise, for example across a gap, it is interpolated from the turn rates at both ends
 /// (motion_history.h). The speed changes evenly from the one before the stretch to the one after it.
 ///
-/// However long it lasts, it takes a bounded amount of memory and time: the older half of the samples and of the chain
-/// is joined two by two whenever there are too many of them.
+/// Memory and time are bounded for a stretch of any length: whenever there are too many samples or links of the
+/// chain, those of the older half are joined two by two.
 ///
-/// All poses are those of the camera in one frame of reference, the odometry's.
+/// All poses are those of the camera in the odometry's frame.
 #pragma once
 
 #include <memory>
@@ -24,7 +24,7 @@
 
 namespace ratslam {
 
-/// a after b, with the covariance of both.
+/// Composition: first `a`, then `b`, with the covariance of both.
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 
 struct StampedPoseOfCamera {
@@ -40,7 +40,7 @@ struct StampedPoseOfCamera {
 
 class MotionBridge {
  public:
-  /// @param frame the last one that was tracked; none where there was no map before.
+  /// @param frame the last tracked frame; null if there was no map before.
   MotionBridge(Stamp from, const RigidTransform& pose, std::shared_ptr<const Frame> frame)
       : from_{from, pose}, last_frame_pose_(pose), before_(std::move(frame)) {
     last_frame_ = before_;
@@ -48,40 +48,40 @@ class MotionBridge {
 
   Stamp from() const { return from_.stamp; }
   const RigidTransform& startPose() const { return from_.pose; }
-  /// Seconds from the start to `stamp`.
+  /// Time from the start to `stamp` [s].
   double lasts(Stamp stamp) const { return secondsBetween(from_.stamp, stamp); }
-  /// Predicted pose at `stamp`, nothing added.
+  /// Predicted pose at `stamp`. Does not add a sample.
   RigidTransform posePredicted(Stamp stamp, const MotionHistory& history) const {
     return lastPose() * predict(stamp, history).motion;
   }
 
-  /// What is known of a sample before it is added.
+  /// A sample before it is added.
   struct Step {
     Stamp stamp = 0;
     UncertainMotion motion;  ///< since the last sample
     RigidTransform pose;
-    std::optional<UncertainMotion> seen;  ///< since the last frame, by far features; |translation| = 1
+    std::optional<UncertainMotion> seen;  ///< motion since the last frame by far features; |translation| = 1
   };
-  /// @param frame none where the image shows nothing.
+  /// Predicts the next sample. @param frame null if the image shows nothing.
   Step look(const CameraModel& camera, Stamp stamp, const Frame* frame, const MotionHistory& history,
             WorkerPool& workers) const;
-  /// Adds it.
+  /// Adds the sample.
   void add(const Step& step, std::shared_ptr<const Frame> frame);
-  /// The turn from an earlier frame to a step's, where far features connect all frames between them.
+  /// The turn from an earlier frame to that of a step; none unless far features connect all frames in between.
   std::optional<UncertainTurn> turnSince(Stamp earlier, const Step& step) const;
   RigidTransform lastPose() const { return way_.empty() ? from_.pose : way_.back().pose; }
 
-  /// The motion from the start to a frame of a sample, the first of a new map. @param after
-  /// twist of the camera there.
+  /// The motion from the start to the frame of a sample that begins a new map. @param after twist of the camera
+  /// at that frame.
   UncertainMotion motionTo(const CameraModel& camera, const Frame& frame, const Vector6& after,
                            const MotionHistory& history, WorkerPool& workers) const;
-  /// The frame at the start, if there is one.
+  /// The frame at the start; null if there is none.
   const Frame* before() const { return before_.get(); }
-  /// The frames of start and samples that showed something, as far as they are kept.
+  /// Those frames of the start and the samples that are usable and still kept.
   std::vector<std::shared_ptr<const Frame>> frames() const;
-  /// The samples laid anew between places that are known by now. @param known ascending, relative to the
-  /// start, the last one where the stretch ends. @param before, after twists at both ends: what is not known
-  /// is filled by a speed that changes evenly.
+  /// Recomputes the samples between poses that are known by now. @param known ascending, relative to the start; the
+  /// last one is the end of the stretch. @param before, after twists at both ends: between known poses the speed
+  /// changes evenly.
   std::vector<StampedPoseOfCamera> layOut(const std::vector<StampedPoseOfCamera>& known,
                                           const Vector6& before, const Vector6& after) const;
 
@@ -95,7 +95,7 @@ class MotionBridge {
     RigidTransform pose;
     std::shared_ptr<const Frame> frame;
   };
-  /// From one frame to the next.
+  /// Motion from one frame to the next.
   struct Link {
     Stamp begin = 0;
     Stamp end = 0;
@@ -108,7 +108,7 @@ class MotionBridge {
       fields("seen", seen);
     }
   };
-  /// Consecutive links that no far features connect.
+  /// Consecutive links without far features.
   struct Blind {
     double begin = 0.0;  // seconds from the start
     double end = 0.0;
@@ -130,8 +130,8 @@ class MotionBridge {
   std::vector<Sample> way_;
   std::vector<Link> links_;
   RigidTransform last_frame_pose_;           // of last_frame_
-  std::shared_ptr<const Frame> before_;      // at the start
-  std::shared_ptr<const Frame> last_frame_;  // the last that showed something
+  std::shared_ptr<const Frame> before_;      // frame at the start
+  std::shared_ptr<const Frame> last_frame_;  // last usable frame
 };
 
 }  // namespace ratslam

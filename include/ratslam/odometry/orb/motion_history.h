@@ -1,9 +1,7 @@
-/// How the camera has moved of late, and how fast its motion changes: what is known of a stretch that nobody
-/// measures.
+/// The camera's recent motion and how fast it changes: a model for unmeasured stretches.
 ///
-/// Speed and turn rate are modelled as random walks. Their diffusions are learned from the measured motion,
-/// as mean squares of what changed within about a second: a train changes slowly, a toy car fast, and no unit
-/// of length needs to be known.
+/// Speed and turn rate are random walks. Their diffusions are learned from the measured motion, as mean squares of
+/// the change within about a second. So the model fits a slow train and a fast toy car, in any unit of length.
 #pragma once
 
 #include <deque>
@@ -13,8 +11,8 @@
 
 namespace ratslam {
 
-/// A motion of the camera: its pose at the end in that at the start, and the covariance of (translation,
-/// rotation) in the axes at the start.
+/// A motion of the camera: its pose at the end relative to its pose at the start, and the covariance of
+/// (translation, rotation) in the axes at the start.
 struct UncertainMotion {
   RigidTransform motion;
   Matrix6 covariance = Matrix6::Zero();
@@ -26,7 +24,8 @@ struct UncertainMotion {
   }
 };
 
-/// A turn of the camera: its axes at the end in those at the start, and the covariance in the latter [rad^2].
+/// A turn of the camera: its axes at the end in those at the start, and the covariance in the axes at the start
+/// [rad^2].
 struct UncertainTurn {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -34,32 +33,32 @@ struct UncertainTurn {
 
 class MotionHistory {
  public:
-  /// @param unknown_speed of a camera of which nothing has been measured yet.
+  /// @param unknown_speed standard deviation of the speed before the first measurement.
   explicit MotionHistory(double unknown_speed) : unknown_speed_(unknown_speed) {}
 
-  /// A measured twist of the camera, in its own axes (translation, rotation) per second, over the time that
+  /// Adds a measured twist of the camera, in its own axes (translation, rotation) per second, over the time that
   /// ends at `stamp`.
   void add(Stamp stamp, const Vector6& twist);
   bool empty() const { return recent_.empty(); }
-  /// The mean twist of the last few measurements; zero where there are none.
+  /// The mean twist of the last few measurements; zero if there are none.
   Vector6 twist() const;
-  /// The unit of length has changed.
+  /// Converts the history to a new unit of length.
   void rescale(double factor);
-  /// A jump in time or a fresh start: the measurements before say nothing of changes from now on.
+  /// To be called at a jump in time or a fresh start: no change is computed across it.
   void interrupt() { recent_.clear(); }
 
   /// Growth of the variance of the speed [units^2/s^3] and of the turn rate [rad^2/s^3].
   double speedDiffusion() const;
   double turnDiffusion() const;
 
-  /// Motion from `begin` to `end` seconds after the last measurement, predicted from before alone. Its
-  /// covariances add up to that of the whole, though its errors are those of one and the same speed.
+  /// Predicted motion from `begin` to `end` seconds after the last measurement. The covariances of consecutive
+  /// stretches add up to that of the whole, although their errors are correlated.
   UncertainMotion predict(double begin, double end) const;
-  /// Variance [rad^2] of the turn over `duration` seconds that nobody measured, between two turn rates [rad/s]
-  /// whose mean is taken for it. On a straight road little turns; who turns goes on turning for seconds, and
-  /// nobody knows how many.
+  /// Variance [rad^2] of the turn over an unmeasured stretch of `duration` seconds, if it is estimated by the mean
+  /// of the turn rates [rad/s] at both ends. It is small on a straight road. A turn in progress continues for an
+  /// unknown number of seconds.
   static double turnVariance(const Eigen::Vector3d& before, const Eigen::Vector3d& after, double duration);
-  /// Covariance of a motion along `way` whose length and turn about the vertical have these variances.
+  /// Covariance of a motion by `way`, given the variances of its length and of its turn about the vertical.
   static Matrix6 spread(const Eigen::Vector3d& way, double speed_variance, double turn_variance);
 
   template <class Fields>
@@ -86,8 +85,8 @@ class MotionHistory {
 
   double unknown_speed_;
   std::deque<Measurement> recent_;
-  double weight_ = 0.0;         // of what was learned [s]
-  double speed_changes_ = 0.0;  // sums, weighted alike
+  double weight_ = 0.0;         // of the learned diffusions [s]
+  double speed_changes_ = 0.0;  // sums with the same weights
   double turn_changes_ = 0.0;
 };
 

@@ -1,24 +1,26 @@
-/// Monocular visual odometry on ORB features: the self-motion sense of the system.
+/// Monocular visual odometry on ORB features.
 ///
-/// Steps for each image: extract features; predict the pose from the last velocity; track the local map
-/// (frame_tracker.h); take a keyframe if the camera has moved; triangulate new landmarks; adjust the newest
-/// window; correct the scale by the road plane (ground_plane.h) and the calibration of the lens
-/// (lens_refinement.h). No loop is ever closed here: RatSLAM does that.
+/// Steps for each image:
+///  1. Extract features and predict the pose from the last velocity.
+///  2. Track the local map (frame_tracker.h).
+///  3. If the camera has moved enough, take a keyframe, triangulate new landmarks and adjust the newest window.
+///  4. Correct the scale by the road plane (ground_plane.h) and the lens coefficients (lens_refinement.h).
+/// The odometry closes no loops: the experience map does that.
 ///
-/// States: initialising -> tracking; tracking -> lost (for coast_time) -> relocalising -> tracking. While lost,
-/// each frame is looked for in the old map, and a fresh map is started beside it, which takes over once
-/// relocalisation_time has passed, too; it carries pose and scale on.
+/// States: initialising -> tracking; tracking -> lost (for coast_time) -> relocalising -> tracking. While tracking
+/// is lost, each frame is searched for in the old map, and a new map is started beside it. If both coast_time and
+/// relocalisation_time have passed, the new map takes over and continues pose and scale.
 ///
-/// Nothing is ever said to stand still because it was not measured: samples of frames that were not tracked
-/// (lost, blind, frozen, before the first map) are predictions (motion_bridge.h), marked as bridged and with a
-/// covariance to match; the first tracked frame brings a correction with the motion over the whole stretch.
+/// An unmeasured camera is not taken to stand still. Samples of frames that were not tracked (lost, blank, frozen,
+/// before the first map) are predicted (motion_bridge.h). They are marked as bridged and have a covariance to
+/// match. The first tracked frame brings a correction with the motion over the whole stretch.
 ///
-/// Every image gives a result that depends on the images so far only. The pose is continued by corrections,
-/// too: it jumps there. The twist never jumps.
+/// Each image gives one result, which depends only on the images so far. The pose includes the corrections and so
+/// jumps at them. The twist never jumps.
 ///
-/// Frames: base_link (x forward, y left, z up) is where camera_x ... camera_yaw_deg put it, by default in the
-/// camera's centre and level with it; the odometry frame is base_link at the first image. Poses, twists and
-/// covariances are base_link's.
+/// Frames: camera_x ... camera_yaw_deg state where the camera is in base_link (x forward, y left, z up). By default
+/// base_link is at the camera's centre and level with it. The odometry frame is base_link at the first image.
+/// Poses, twists and covariances are those of base_link.
 #pragma once
 
 #include <cstdint>
@@ -46,16 +48,16 @@ namespace ratslam {
 enum class OrbState { kInitialising, kTracking, kLost, kRelocalising };
 
 struct OrbResult {
-  OdometrySample sample;                 ///< with pose; the twist holds since the frame before
+  OdometrySample sample;                 ///< with pose; the twist is that since the frame before
   Vector6 twist = Vector6::Zero();       ///< base_link: linear [m/s], angular [rad/s]
   Matrix6 covariance = Matrix6::Zero();  ///< of the twist, in its order and units
   OrbState state = OrbState::kInitialising;
-  int tracked_points = 0;  ///< landmarks that the pose rests on
+  int tracked_points = 0;  ///< landmarks from which the pose was computed
   int keyframes = 0;       ///< in the local map
   int landmarks = 0;       ///< in the local map
   bool keyframe = false;   ///< this frame became one
-  bool restarted = false;  ///< a fresh map began with this frame (not the first one)
-  bool ignored = false;    ///< the stamp was not later than the last: the image was not looked at
+  bool restarted = false;  ///< a new map began with this frame (not the first one)
+  bool ignored = false;    ///< the stamp was not later than the last one, so the image was not used
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -74,38 +76,37 @@ struct OrbResult {
 
 class OrbOdometry {
  public:
-  /// @throws std::invalid_argument for a camera or parameters that cannot be.
+  /// @throws std::invalid_argument for an invalid camera or invalid parameters.
   OrbOdometry(const CameraModel& camera, const OrbOdometryParams& params);
 
-  /// The next image. A stamp that is not later than the last one's is ignored and counted, and the last
-  /// result is given again with zero motion.
+  /// Processes the next image. An image whose stamp is not later than the last one is ignored and counted; the
+  /// result is then the last one with zero motion.
   /// @param image 8-bit, one channel (grey) or three (BGR).
   /// @param quality frozen and blank images are not tracked.
-  /// @throws std::invalid_argument for another type or a size that is not the camera's; the state is
-  /// unchanged.
+  /// @throws std::invalid_argument for another type or a size that is not the camera's. Nothing has changed then.
   OrbResult track(Stamp stamp, const cv::Mat& image, ImageQuality quality = ImageQuality::kUsable);
 
   std::int64_t ignoredFrames() const { return ignored_frames_; }
   std::int64_t restarts() const { return restarts_; }
-  /// The last frame with its features and observations; nothing before the first.
+  /// The last frame with its features and observations; null before the first.
   const Frame* frame() const { return frame_.get(); }
-  /// The local map; nothing while there is none.
+  /// The local map; null if there is none.
   const LocalMap* map() const { return map_ ? &*map_ : nullptr; }
-  /// What is known of the road plane and the unit of length.
+  /// State of the road plane and the unit of length.
   const ScaleKeeper& scale() const { return scale_keeper_; }
-  /// The camera as it is believed to be now: its lens may have been refined.
+  /// The camera with its present, possibly refined, coefficients.
   const CameraModel& camera() const { return camera_; }
   /// Landmarks of the local map in the odometry frame [m], for display.
   std::vector<Eigen::Vector3d> landmarkPositions() const;
 
-  /// All that the results of later frames depend on.
+  /// Saves everything that the results of later frames depend on.
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit camera and parameters
   void load(const State& state);
 
  private:
   cv::Mat checkedGrey(const cv::Mat& image) const;
-  /// A tracked sample, as it lies to a keyframe.
+  /// A tracked sample, relative to a keyframe.
   struct Measured {
     Stamp stamp = 0;
     KeyframeId reference = 0;
@@ -118,10 +119,10 @@ class OrbOdometry {
       fields("T_reference", T_reference);
     }
   };
-  /// A fresh map that is still too young to say how it lies to what was before it.
+  /// A new map that is still too young to tell how it is placed relative to the path before it.
   struct Settling {
     MotionHistory before;
-    std::vector<Measured> way;  // since it took over
+    std::vector<Measured> way;  // samples since it took over
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -129,7 +130,7 @@ class OrbOdometry {
       fields("way", way);
     }
   };
-  /// What is neither a frame nor holds one.
+  /// The fields of the state that are no frames and hold none.
   template <class Fields>
   void stateFields(Fields&& fields);
 
@@ -151,7 +152,7 @@ class OrbOdometry {
   void rescale(double factor);
   void refineLens();
   void setMotion(OrbResult& result, const RigidTransform& step, double dt, const Matrix6& covariance) const;
-  /// @param covariance of the pose at the end.
+  /// Covariance of a motion. @param covariance of the pose at its end.
   Matrix6 covarianceOfMotion(const RigidTransform& motion, const Matrix6& covariance) const;
   void rememberPose();
   RigidTransform lastPose() const;
@@ -174,20 +175,20 @@ class OrbOdometry {
 
   OrbState state_ = OrbState::kInitialising;
   std::optional<LocalMap> map_;
-  std::shared_ptr<Frame> frame_;  // the last that showed something
+  std::shared_ptr<Frame> frame_;  // last usable frame
   std::optional<OrbResult> last_result_;
   std::uint32_t epoch_ = 0;
-  std::optional<MotionBridge> bridge_;  // open while nothing is measured
-  std::optional<Settling> settling_;    // while a fresh map is young: the bridge stays open
+  std::optional<MotionBridge> bridge_;  // during an unmeasured stretch
+  std::optional<Settling> settling_;    // while a new map is young; the bridge is kept meanwhile
   std::shared_ptr<Frame> measured_frame_;
-  RigidTransform T_odom_camera_;  // of the last sample
-  RigidTransform T_odom_world_;   // where the present map's world lies in the first one's
-  RigidTransform T_reference_;    // of the last tracked frame from the keyframe it is expressed through
+  RigidTransform T_odom_camera_;  // at the last sample
+  RigidTransform T_odom_world_;   // world frame of the present map in the world frame of the first map
+  RigidTransform T_reference_;    // last tracked frame relative to its reference keyframe
   KeyframeId reference_ = 0;
   Vector6 velocity_ = Vector6::Zero();          // left increment of the camera's pose per second
   Matrix6 last_covariance_ = Matrix6::Zero();   // of the last tracked pose
   std::vector<Observation> last_observations_;  // of the last tracked frame
-  std::vector<Observation> still_reference_;    // of the last frame that moved
+  std::vector<Observation> still_reference_;    // of the last frame at which the camera had moved
   std::int64_t ignored_frames_ = 0;
   std::int64_t restarts_ = 0;
 };

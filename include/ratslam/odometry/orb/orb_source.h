@@ -12,7 +12,7 @@ class OrbSource : public OdometrySource {
  public:
   using Params = OrbOdometryParams;
 
-  /// @throws std::invalid_argument for a camera or parameters that cannot be
+  /// @throws std::invalid_argument for an invalid camera or invalid parameters
   OrbSource(const CameraModel& camera, const OrbOdometryParams& params);
 
   OdometrySample track(const ImageFrame& frame) override;
@@ -21,9 +21,9 @@ class OrbSource : public OdometrySource {
   void load(const State& state) override;
 
   const OrbOdometry& odometry() const { return *odometry_; }
-  /// Everything about the last frame; nothing before the first.
+  /// Full result of the last frame; none before the first.
   const std::optional<OrbResult>& result() const { return result_; }
-  /// The calibration it was made with.
+  /// The calibration given to the constructor.
   const CameraModel& camera() const { return camera_; }
 
  private:

@@ -1,13 +1,15 @@
-/// Finding back into the local map without a prediction: descriptors of all landmarks against all features of
-/// the frame, then the pose by AP3P within RANSAC (Ke and Roumeliotis, CVPR 2017; OpenCV), then tracking from
-/// there.
+/// Relocalisation in the local map without a prediction.
+///
+/// 1. Match the descriptors of all landmarks with all features of the frame.
+/// 2. Estimate the pose by AP3P within RANSAC (Ke and Roumeliotis, CVPR 2017; OpenCV).
+/// 3. Track the local map from there.
 #pragma once
 
 #include "ratslam/odometry/orb/frame_tracker.h"
 
 namespace ratslam {
 
-/// As trackFrame, from nothing. @param min_inliers landmarks that must agree in the end.
+/// Like trackFrame, without a prediction. @param min_inliers landmarks that must agree in the end.
 TrackingOutcome relocalise(const CameraModel& camera, LocalMap& map, Frame& frame, int min_inliers,
                            const TrackingParams& params, WorkerPool& workers);
 

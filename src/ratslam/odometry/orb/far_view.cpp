@@ -13,40 +13,40 @@ namespace {
 using Vector5 = Eigen::Matrix<double, 5, 1>;
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
-constexpr int kMostDistance = 64;    // [bits]
-constexpr double kMostRatio = 0.85;  // of the best distance to the second best
+constexpr int kMostDistance = 64;    // of matched descriptors [bits]
+constexpr double kMostRatio = 0.85;  // best distance / second best
 constexpr int kThoroughFeatures = 4000;
 constexpr std::size_t kLeastMatches = 12;
 constexpr double kTurnStepDeg = 0.5;
 constexpr double kMostTurnDeg = 70.0;
 constexpr double kMostPitchDeg = 3.0;
 constexpr double kGridError = 3.0;   // [px]
-constexpr double kError = 2.0;       // of a match that agrees in the end [px]
+constexpr double kError = 2.0;       // largest error of an inlier after refinement [px]
 constexpr double kLeastSigma = 0.7;  // of matched features [px]
 constexpr int kRounds = 20;
-constexpr double kFalseAlarms = 1e-3;  // motions that chance may show, of all that are tried
-constexpr std::size_t kShuffles = 20;  // of the matches, to see what chance shows
-constexpr double kInflation = 2.0;     // of the covariance: near points that all look alike err together
-// What is known of a vehicle beforehand, as standard deviations [deg]: it hardly rolls and pitches, and its
-// chord halves its turn where the camera is not far from the rear axle.
+constexpr double kFalseAlarms = 1e-3;  // bound on the expected number of chance motions among those tried
+constexpr std::size_t kShuffles = 20;  // random pairings of the matches, to measure chance agreement
+constexpr double kInflation = 2.0;     // factor of the covariance: similar near points have correlated errors
+// Prior knowledge about a vehicle, as standard deviations [deg]: it hardly rolls and pitches, and the direction of
+// its chord is half its turn if the camera is not far from the rear axle.
 constexpr double kRollDeg = 1.0;
 constexpr double kPitchDeg = 1.5;
 constexpr double kChordDeg = 6.0;
 constexpr double kSlopeDeg = 2.0;
-// What no number of points averages out over a long way: a lens that bends, cars that move along, walls that
-// repeat themselves [deg].
+// Errors over a long distance that no number of points averages out: lens distortion, moving cars, repetitive
+// walls [deg].
 constexpr double kFarTurnDeg = 0.5;
 constexpr double kFarDirectionDeg = 1.0;
-constexpr std::size_t kGroups = 10;     // of matches, each left out once
-constexpr double kRivalDeg = 5.0;       // from the best turn: another turn, not the same one
-constexpr double kClearlyBetter = 2.0;  // than a rival, in standard deviations of its number of matches
+constexpr std::size_t kGroups = 10;     // groups of matches, each left out once
+constexpr double kRivalDeg = 5.0;       // a turn that differs by more from the best one is a rival
+constexpr double kClearlyBetter = 2.0;  // lead over a rival, in standard deviations of its number of matches
 
 struct Match {
   Eigen::Vector3d before;  // bearings, z = 1
   Eigen::Vector3d after;
 };
 
-/// For each descriptor of `from` the one most like it in `to`, or -1.
+/// For each descriptor of `from` the index of the most similar one in `to`, or -1.
 std::vector<int> mostSimilar(const cv::Mat& from, const cv::Mat& to) {
   std::vector<int> best(static_cast<std::size_t>(from.rows), -1);
   for (int i = 0; i < from.rows; ++i) {
@@ -129,11 +129,11 @@ double aheadOrBack(const UncertainMotion& predicted) {
 struct SearchedTurn {
   RigidTransform motion;
   int points = 0;
-  int tried = 0;         ///< motions
-  int rival_points = 0;  ///< of the best clearly different turn
+  int tried = 0;         ///< number of motions tried
+  int rival_points = 0;  ///< inliers of the best clearly different turn
 };
 
-/// The best motion of a vehicle: a turn, with the direction of its chord, and pitch.
+/// The motion of a vehicle with most inliers: a turn, the direction of its chord, and pitch.
 SearchedTurn searchTurn(const std::vector<Match>& matches, const UncertainMotion& predicted, double limit) {
   const double turn = logRotation(predicted.motion.rotation).y();
   const double reach =
@@ -184,7 +184,7 @@ Eigen::Matrix<double, 3, 2> axesAcross(const Eigen::Vector3d& direction) {
   return axes;
 }
 
-/// How far a motion departs from what is known of a vehicle, normalised: roll, pitch, slope and chord.
+/// Residuals of a motion to the prior knowledge about a vehicle, normalised: roll, pitch, slope and chord.
 Eigen::Vector4d unlikeAVehicle(const RigidTransform& motion, double ahead) {
   const Eigen::Vector3d turn = logRotation(motion.rotation);
   const Eigen::Vector3d chord = ahead * (expRotation({0.0, 0.5 * turn.y(), 0.0}) * Eigen::Vector3d::UnitZ());
@@ -246,8 +246,8 @@ Refined refineOnce(const std::vector<Match>& matches, RigidTransform motion, dou
   return {motion, across, hessian.ldlt().solve(Matrix5::Identity())};
 }
 
-/// The same, with a covariance that shows how much it depends on single matches, wrong ones among them: each
-/// tenth is left out once (a jackknife over groups, Efron and Stein 1981).
+/// The same, with the covariance of a jackknife over groups of matches (Efron and Stein 1981): each tenth is left
+/// out once. So the covariance contains the influence of single matches, wrong ones included.
 UncertainMotion refined(const std::vector<Match>& matches, const RigidTransform& start, double focal,
                         double ahead, bool far) {
   const Refined best = refineOnce(matches, start, focal, ahead);
@@ -277,9 +277,9 @@ UncertainMotion refined(const std::vector<Match>& matches, const RigidTransform&
   return result;
 }
 
-/// Whether so many matches agree with a motion that chance would hardly show it: the expected number of
-/// motions, among those tried, with which as many wrong matches agree (Moisan and Stival 2004). How often a
-/// wrong match agrees is seen by pairing the features anew, since scenes have structure.
+/// Whether more matches agree with a motion than chance explains (a contrario test, Moisan and Stival 2004): the
+/// expected number of tried motions with as many agreeing wrong matches must be small. Random pairings of the
+/// features show how often a wrong match agrees, because scenes have structure.
 bool isEvidence(const std::vector<Match>& matches, const RigidTransform& motion, int points, int tried,
                 double limit) {
   const std::size_t n = matches.size();
@@ -306,7 +306,7 @@ std::optional<FarView> compareFarFeatures(const CameraModel& camera, const Frame
   if (matches.size() < kLeastMatches) return std::nullopt;
   FarView view;
   const SearchedTurn turn = searchTurn(matches, predicted, kGridError / camera.fx);
-  // Walls and windows repeat themselves: a turn that another one rivals is none.
+  // Walls and windows are repetitive. If another turn has almost as many inliers, neither is reliable.
   if (turn.points - turn.rival_points <= kClearlyBetter * std::sqrt(turn.rival_points)) return std::nullopt;
   view.motion = refined(matches, turn.motion, camera.fx, aheadOrBack(predicted), thorough);
   const double limit = kError / camera.fx;

@@ -9,13 +9,15 @@
 namespace ratslam {
 namespace {
 
-constexpr std::array<double, 3> kSearchRadii = {12.0, 30.0, 70.0};  // around the predicted place [px]
-constexpr double kFallbackRadius = 6.0;  // descriptor search where alignment from the projection fails [px]
-constexpr std::size_t kShare = 64;       // landmarks that one worker takes at a time
-constexpr double kLenientCorrelation = 0.7;  // of patches where tracking fails otherwise
-constexpr int kEnoughForPose = 40;           // inliers at which no wider search is needed
-// Matches by chance, anywhere in the window, err by 0.6 of its radius, and all fit a pose with such errors.
-constexpr double kMostSpread = 0.25;  // standard deviation of errors, of the search radius
+constexpr std::array<double, 3> kSearchRadii = {12.0, 30.0, 70.0};  // around the predicted position [px]
+constexpr double kFallbackRadius =
+    6.0;                            // of the descriptor search if alignment from the projection fails [px]
+constexpr std::size_t kShare = 64;  // landmarks that one worker takes at a time
+constexpr double kLenientCorrelation = 0.7;  // of patches, if tracking fails otherwise
+constexpr int kEnoughForPose = 40;           // with so many inliers no wider search is needed
+// Chance matches lie anywhere in the window: their errors have a deviation of 0.6 of its radius, and all of them fit
+// a pose with such errors.
+constexpr double kMostSpread = 0.25;  // largest standard deviation of the errors / search radius
 constexpr double kMostSigma = 1.5;    // of aligned patches [px]
 
 /// Pose from descriptor matches of the last frame's landmarks.
@@ -47,7 +49,7 @@ PoseEstimate poseFromLastFrame(const CameraModel& camera, const LocalMap& map,
   return best;
 }
 
-/// What a frame shows of a landmark.
+/// Observation of a landmark in a frame, if any.
 struct Sighting {
   bool in_view = false;
   std::optional<Observation> observation;
@@ -82,10 +84,10 @@ TrackingOutcome trackFrame(const CameraModel& camera, LocalMap& map, const std::
     TrackingOutcome outcome = trackLocalMap(camera, map, rough.T_camera_world, frame, params, workers);
     if (outcome.tracked) return outcome;
   }
-  // After blind frames the descriptors may fail where the prediction itself is still good to a few pixels.
+  // After blank frames the descriptors may fail while the prediction is still right to a few pixels.
   TrackingOutcome outcome = trackLocalMap(camera, map, predicted, frame, params, workers);
   if (outcome.tracked) return outcome;
-  // And the camera has come so much nearer that patches look less like themselves.
+  // The camera may have come so much nearer that patches have changed.
   TrackingParams lenient = params;
   lenient.alignment.min_correlation = kLenientCorrelation;
   return trackLocalMap(camera, map, rough_is_good ? rough.T_camera_world : predicted, frame, lenient,

@@ -12,14 +12,14 @@ namespace {
 
 struct Stage {
   int level;         // of the pyramid
-  int most_samples;  // about
+  int most_samples;  // approximate
 };
 constexpr std::array<Stage, 3> kStages = {{{5, 300}, {3, 300}, {1, 700}}};  // coarse to fine
-constexpr int kSteps = 4;                                                   // a level
+constexpr int kSteps = 4;                                                   // per level
 constexpr std::size_t kLeastSamples = 150;
 constexpr int kCandidates = 40;        // heights tried by the search
-constexpr double kMinGreySigma = 1.5;  // noise is never believed to be less [grey levels]
-// Neighbouring samples share noise and texture: so many count as one independent measurement.
+constexpr double kMinGreySigma = 1.5;  // least standard deviation of the noise [grey levels]
+// Number of samples that count as one independent measurement, because neighbours share noise and texture.
 constexpr double kCorrelatedSamples = 10.0;
 
 float bilinear(const cv::Mat& image, double x, double y) {
@@ -59,12 +59,12 @@ struct RoadSample {
 /// Grey values of the present lane, on a regular grid of one pyramid level.
 std::vector<RoadSample> sampleRoad(const CameraModel& camera, const Frame& now, const RoadPlane& plane,
                                    const Stage& stage, const RoadParams& params) {
-  // The level road of the predicted plane, as a range of rows; columns follow from the lane's width.
+  // The predicted plane gives the range of rows, the lane's width the columns.
   const double horizon = camera.cy - camera.fy * plane.normal.z() / plane.normal.y();
   const double top = std::max(0.0, horizon + camera.fy / params.farthest);
   const double bottom = std::min(camera.height - 1.0, horizon + camera.fy / params.nearest);
   const double slope =
-      camera.fx / camera.fy * params.half_width;  // half the lane's width by rows below horizon
+      camera.fx / camera.fy * params.half_width;  // half the lane's width / rows below the horizon [px]
   const double area = slope * ((bottom - horizon) * (bottom - horizon) - (top - horizon) * (top - horizon));
   std::vector<RoadSample> samples;
   if (!(bottom - top > 8.0) || !(area > 0.0)) return samples;
@@ -125,7 +125,7 @@ double mean(const std::vector<double>& values) {
 }
 
 struct Comparison {
-  std::vector<double> residual;  // warped minus gain times sample, means taken off
+  std::vector<double> residual;  // warped - gain * sample, each without its mean
   double correlation = 0.0;
 };
 
@@ -189,7 +189,7 @@ struct Fit {
   double correlation = -1.0;
 };
 
-/// One level's Gauss-Newton. @return false where too little of the road is in sight.
+/// Gauss-Newton on one level. @return false if too little of the road is visible.
 bool fitLevel(const CameraModel& camera, const Frame& now, const std::vector<const Frame*>& earlier,
               const RoadPlane& prior, const Stage& stage, const RoadParams& params, Fit& fit) {
   const std::vector<RoadSample> samples = sampleRoad(camera, now, fit.plane, stage, params);
@@ -247,7 +247,7 @@ std::optional<RoadMeasurement> measureRoad(const CameraModel& camera, const Fram
     if (!(fit.plane.normal.y() > 0.5) || !std::isfinite(fit.plane.height)) return std::nullopt;
   }
   if (fit.correlation < params.min_correlation) return std::nullopt;
-  // Without motion towards the road nothing ties the height down, and the inverse below would be meaningless.
+  // Without motion towards the road the height is unobservable, and the inverse below would be meaningless.
   if (!(fit.hessian(0, 0) * params.max_sigma_log * params.max_sigma_log > 1.0)) return std::nullopt;
   RoadMeasurement measurement;
   measurement.plane = fit.plane;
@@ -266,7 +266,7 @@ std::optional<RoadMeasurement> searchRoad(const CameraModel& camera, const Frame
   const Stage stage{std::min(kStages.front().level, now.pyramid.levels() - 1), kStages.front().most_samples};
   double best_height = 0.0;
   double best_correlation = -1.0;
-  // The piece of road, in camera heights ahead, is the same in the image for all heights.
+  // The patch of road is stated in camera heights, so its image is the same for all heights.
   const std::vector<RoadSample> samples = sampleRoad(camera, now, {normal, 1.0}, stage, params);
   if (samples.size() < kLeastSamples) return std::nullopt;
   for (int candidate = 0; candidate < kCandidates; ++candidate) {

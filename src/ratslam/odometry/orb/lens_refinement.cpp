@@ -9,9 +9,9 @@
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kLeastViews = 3;     // of a landmark: two views fit any lens
-constexpr double kUnitOfLength = 1e-6;     // relative damping: the scale of poses and points is free
-constexpr double kLeastDeterminant = 0.3;  // of the lens's derivative at the corners: it must not fold
+constexpr std::size_t kLeastViews = 3;     // of a landmark, because two views fit any lens
+constexpr double kUnitOfLength = 1e-6;     // relative damping, because the scale of poses and points is free
+constexpr double kLeastDeterminant = 0.3;  // of the lens's derivative at the corners: the image must not fold
 constexpr double kNegligibleShift = 0.02;  // [px]
 
 using Jacobian23 = Eigen::Matrix<double, 2, 3>;
@@ -26,7 +26,8 @@ class LensJacobian {
     for (int i = 0; i < kLens; ++i) changed_.push_back(camera.withLensChange(LensChange::Unit(i)));
   }
 
-  /// Raw pixels stay where they are: what the lens adds to a distorted pixel the undistorted one gives way.
+  /// The raw pixel is measured and does not move. So a change of distortion moves the undistorted pixel the other
+  /// way.
   Eigen::Matrix<double, 2, kLens> at(const Eigen::Vector2d& pixel) const {
     const auto [raw, jacobian] = camera_.distortWithJacobian(pixel);
     Eigen::Matrix<double, 2, kLens> by_coefficient;  // lens models are linear in them
@@ -58,7 +59,7 @@ class ReducedEquations {
         hessian_(Eigen::MatrixXd::Zero(lens_ + kLens, lens_ + kLens)),
         gradient_(Eigen::VectorXd::Zero(lens_ + kLens)) {}
 
-  /// Adds a point's views, and eliminates it.
+  /// Adds the views of a point and eliminates the point.
   void addPoint(const std::vector<LinearView>& views) {
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
@@ -92,7 +93,7 @@ class ReducedEquations {
     gradient_.segment<kLens>(lens_) -= coupling_lens * inverse * gradient;
   }
 
-  /// Eliminates all poses but the first, which holds the others.
+  /// Eliminates all poses but the first, which is fixed.
   LensInformation eliminatePoses() const {
     const Eigen::Index free = lens_ - 6;
     Eigen::MatrixXd poses = hessian_.block(6, 6, free, free);
@@ -112,7 +113,7 @@ class ReducedEquations {
   Eigen::VectorXd gradient_;
 };
 
-/// The whole local map, its observations weighted by how well they fit.
+/// The whole local map as a bundle problem. Observations are weighted by their residuals.
 BundleProblem problemOf(const CameraModel& camera, const LocalMap& map, const RobustLoss& loss) {
   BundleProblem problem;
   const KeyframeId first = map.keyframes().front().id;

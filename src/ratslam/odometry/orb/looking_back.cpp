@@ -8,16 +8,16 @@
 namespace ratslam {
 namespace {
 
-constexpr double kTrackedOver = 0.5;         // [s]: over longer times frames are searched for
-constexpr double kMostRotation = 0.06;       // standard deviation that patches are found with [rad]
+constexpr double kTrackedOver = 0.5;    // longest time over which frames are tracked and not searched [s]
+constexpr double kMostRotation = 0.06;  // largest standard deviation with which patches are found [rad]
 constexpr double kLenientCorrelation = 0.7;  // of patches seen from much farther away
-constexpr double kWayStep = 0.05;            // between the lengths that are tried
-constexpr double kMostWay = 0.4;             // tried to either side
-constexpr int kSearches = 3;                 // in vain, before the older frames are left
+constexpr double kWayStep = 0.05;            // relative step between the distances that are tried
+constexpr double kMostWay = 0.4;             // largest relative change of the distance, to either side
+constexpr int kSearches = 3;                 // failed searches after which older frames are skipped
 
 enum class Search { kNever, kWhilePromising, kAlways };
 
-/// Looks for one frame after another, each from where the one before was found.
+/// Locates one frame after another, each from the pose of the one found before.
 class Trail {
  public:
   Trail(const CameraModel& camera, LocalMap& map, const Vector6& velocity, const LookingBackParams& params,
@@ -69,7 +69,7 @@ std::vector<LocatedFrame> lookBack(const CameraModel& camera, const LocalMap& ma
                                    std::vector<std::shared_ptr<const Frame>> frames, const Vector6& velocity,
                                    const LookingBackParams& params, WorkerPool& workers) {
   std::sort(frames.begin(), frames.end(), [](const auto& a, const auto& b) { return a->stamp < b->stamp; });
-  LocalMap copy = map;  // what is seen of its landmarks here says nothing of how good they are
+  LocalMap copy = map;  // sightings in old frames must not count in the statistics of the landmarks
   const Stamp begin = map.keyframes().front().frame->stamp;
   const auto first =
       std::find_if(frames.begin(), frames.end(), [&](const auto& frame) { return frame->stamp >= begin; });

@@ -10,11 +10,11 @@
 namespace ratslam {
 namespace {
 
-constexpr double kSearchRadius = 90.0;  // [px]: what a point may move while a map starts
+constexpr double kSearchRadius = 90.0;  // largest motion of a point while a map starts [px]
 constexpr int kAdjustmentRounds = 20;
 constexpr double kTurnDeg = 0.3;  // standard deviation of the turn between a map's first frames
 
-/// Where a turn alone takes a pixel; nothing if out of the image plane.
+/// The pixel after a pure rotation; none if it leaves the image plane.
 std::optional<Eigen::Vector2d> turned(const CameraModel& camera, const Eigen::Quaterniond& rotation,
                                       const Eigen::Vector2d& pixel) {
   const Eigen::Vector3d bearing = rotation * camera.bearing(pixel);
@@ -22,7 +22,7 @@ std::optional<Eigen::Vector2d> turned(const CameraModel& camera, const Eigen::Qu
   return camera.project(bearing);
 }
 
-/// Matches of features of the reference in a frame, each the other's best.
+/// Mutually best matches between the features of the reference and a frame.
 /// @param back_turn from the axes of the frame to those of the reference.
 std::vector<std::pair<int, int>> matchFeatures(const CameraModel& camera, const Frame& reference,
                                                const Frame& frame, const Eigen::Quaterniond& back_turn) {
@@ -32,7 +32,7 @@ std::vector<std::pair<int, int>> matchFeatures(const CameraModel& camera, const 
   std::vector<std::pair<int, int>> pairs;
   for (int i = 0; i < static_cast<int>(reference.features.size()); ++i) {
     const Feature& feature = reference.features[static_cast<std::size_t>(i)];
-    if (feature.level > 3) continue;  // few and coarse above
+    if (feature.level > 3) continue;  // higher levels have few and coarse features
     const double scale = reference.pyramid.scale(feature.level);
     const auto near = turned(camera, back_turn.conjugate(), feature.pixel);
     if (!near) continue;
@@ -62,7 +62,7 @@ std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& fram
     reference_ = frame;
     return std::nullopt;
   }
-  // Sharpen the matches. Unaligned ones stay out: the first map has nothing to check them against.
+  // Align the matches. Those that cannot be aligned are left out, because the first map cannot check them.
   std::vector<Eigen::Vector2d> first;
   std::vector<Eigen::Vector2d> second;
   std::size_t kept = 0;

@@ -6,12 +6,12 @@
 namespace ratslam {
 namespace {
 
-constexpr double kFarApart = 0.5;           // [s]
-constexpr double kOneEnd = 4.0;             // of a random walk that is known at one end only, of its variance
-constexpr std::ptrdiff_t kMostFrames = 40;  // kept: an image pyramid is large
-constexpr std::size_t kMostSamples = 4000;  // minutes without a map: then every place is a guess
+constexpr double kFarApart = 0.5;           // a longer time between two frames is a gap [s]
+constexpr double kOneEnd = 4.0;             // variance of a random walk known at one end / known at both ends
+constexpr std::ptrdiff_t kMostFrames = 40;  // bound on kept frames, because image pyramids are large
+constexpr std::size_t kMostSamples = 4000;  // after minutes without a map every pose is a guess
 
-/// The same motion, its way and what is known of it that many times as long.
+/// Scales a motion's translation and its standard deviation by a factor.
 UncertainMotion lengthened(UncertainMotion motion, double times) {
   Matrix6 scaling = Matrix6::Identity();
   scaling.topLeftCorner<3, 3>() *= times;
@@ -93,7 +93,7 @@ MotionBridge::Blind MotionBridge::blindAround(std::size_t link, const Vector6& b
   Blind blind;
   blind.begin = lasts(links_[first].begin);
   blind.end = lasts(links_[last].end);
-  // Only turns go on: a vehicle's pitch and roll come back.
+  // Only the yaw rate continues: pitch and roll of a vehicle return.
   const auto turning = [](const Eigen::Vector3d& whole) { return Eigen::Vector3d(0.0, whole.y(), 0.0); };
   blind.rate_before = turning(first > 0 ? rate(links_[first - 1]) : Eigen::Vector3d(before.tail<3>()));
   blind.rate_after =
@@ -150,14 +150,14 @@ UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& f
     const RigidTransform link = along(count, before, after, whole);
     motion = compose(motion, {link, covarianceAlong(count, link, before, after, !history.empty())});
   }
-  if (count < links_.size() && links_[count].begin < frame.stamp) {  // one that was joined over the frame
+  if (count < links_.size() && links_[count].begin < frame.stamp) {  // a joined link that contains the frame
     const Link& over = links_[count];
     const double share = secondsBetween(over.begin, frame.stamp) / secondsBetween(over.begin, over.end);
     const RigidTransform link = along(count, before, after, whole);
     motion = compose(motion, {expTransform(share * logTransform(link)),
                               covarianceAlong(count, link, before, after, !history.empty())});
   }
-  // The speed errs all along the way in the same direction.
+  // The error of the speed has the same sign all along the stretch.
   double variance = history.speedDiffusion() * std::pow(whole, 3) / 12.0;
   if (history.empty()) variance *= kOneEnd;
   const double length = motion.motion.translation.norm();
@@ -168,7 +168,7 @@ UncertainMotion MotionBridge::motionTo(const CameraModel& camera, const Frame& f
   };
   UncertainMotion result = motion;
   addLengthways(result);
-  // Far features may connect both ends better than a chain of many frames does.
+  // A direct comparison of both ends may be better than the chain of many frames.
   const bool compared = count == 1 && links_.front().seen;
   if (!before_ || compared || !(length > 0.0)) return result;
   const auto view = compareFarFeatures(camera, *before_, frame, result, true, workers);
@@ -219,11 +219,11 @@ void MotionBridge::thinOutSamples() {
   }
 }
 
-/// Not seen where one of them is not.
+/// Joins two links. The result has far features only if both have.
 MotionBridge::Link MotionBridge::joined(const Link& first, const Link& second) {
   Link both{first.begin, second.end, std::nullopt};
   if (!first.seen || !second.seen) return both;
-  // Both at the same speed: the way of the whole is 1 again.
+  // At constant speed, scaled so that the whole translation has length 1 again.
   const double whole = secondsBetween(both.begin, both.end);
   const auto part = [whole](const Link& link) {
     return lengthened(*link.seen, secondsBetween(link.begin, link.end) / whole);
@@ -236,7 +236,7 @@ MotionBridge::Link MotionBridge::joined(const Link& first, const Link& second) {
 
 std::vector<StampedPoseOfCamera> MotionBridge::layOut(const std::vector<StampedPoseOfCamera>& known,
                                                       const Vector6& before, const Vector6& after) const {
-  // The course that the chain of frames has, relative to the start.
+  // The path by the chain of frames, relative to the start.
   const double whole = lasts(known.back().stamp);
   std::vector<StampedPoseOfCamera> nodes{{from_.stamp, RigidTransform{}}};
   for (std::size_t i = 0; i < links_.size() && links_[i].end <= known.back().stamp; ++i)
@@ -255,7 +255,7 @@ std::vector<StampedPoseOfCamera> MotionBridge::layOut(const std::vector<StampedP
   std::size_t sample = 0;
   StampedPoseOfCamera last{from_.stamp, RigidTransform{}};
   for (const StampedPoseOfCamera& place : known) {
-    // The course from the last known place to this one, then bent so that it ends there.
+    // The path by the chain from the last known pose to this one, deformed so that it ends there.
     const std::size_t first = way.size();
     const RigidTransform onto = last.pose * course(last.stamp).inverse();
     for (; sample < way_.size() && way_[sample].stamp < place.stamp; ++sample)
@@ -271,7 +271,7 @@ std::vector<StampedPoseOfCamera> MotionBridge::layOut(const std::vector<StampedP
     way.push_back(place);
     last = place;
   }
-  way.pop_back();  // the end is no sample in between
+  way.pop_back();  // the end is not one of the samples in between
   return way;
 }
 

@@ -6,24 +6,24 @@
 namespace ratslam {
 namespace {
 
-constexpr double kKept = 1.5;         // [s]
-constexpr double kLag = 1.0;          // over which changes are looked at [s]
+constexpr double kKept = 1.5;         // time for which measurements are kept [s]
+constexpr double kLag = 1.0;          // interval over which changes are measured [s]
 constexpr double kShortestLag = 0.3;  // [s]
-constexpr double kMemory = 60.0;      // of what was learned [s]
+constexpr double kMemory = 60.0;      // time constant of the learned diffusions [s]
 constexpr std::size_t kAveraged = 3;  // measurements in the mean twist
-constexpr double kPriorWeight = 3.0;  // [s]
-constexpr double kPriorSpeed = 0.15;  // change of the speed within a second, of the speed
-// Change of the turn rate within a second [rad/s]: a straight road says nothing of the turn that comes next.
+constexpr double kPriorWeight = 3.0;  // of the prior of the diffusion [s]
+constexpr double kPriorSpeed = 0.15;  // prior: change of the speed within a second / speed
+// Least change of the turn rate within a second [rad/s]: a straight road does not predict the next turn.
 constexpr double kLeastTurn = 0.2;
-// The same between two turn rates that are known, for the road's curves; and how long a turn lasts [s]. Drives
-// along the roads of KITTI 00 and 02 have 3 degrees in 3 s on the straight, and half the turn that one of the
-// two rates alone would make where there is one.
+// The same between two known turn rates, for the curves of a road; and the duration of a turn [s]. On drives along
+// the roads of KITTI 00 and 02 the heading changes by 3 degrees in 3 s where the road is straight. In turns the
+// error is half the turn that one of the two rates alone would make.
 constexpr double kCurves = 0.035;
 constexpr double kTurnLasts = 6.0;
 constexpr double kMostOfATurn = 0.5;
 constexpr double kUnknownTurn = 0.2;  // [rad/s]
-constexpr double kTilting = 0.1;  // variance of pitch and roll, of that of yaw: vehicles turn about one axis
-constexpr double kSideways = 0.05;  // of the way: how far from its direction a camera strays
+constexpr double kTilting = 0.1;      // variance of pitch and roll / variance of yaw
+constexpr double kSideways = 0.05;    // standard deviation across the direction of travel / distance
 
 }  // namespace
 
@@ -73,7 +73,7 @@ double MotionHistory::turnDiffusion() const {
 
 Matrix6 MotionHistory::spread(const Eigen::Vector3d& way, double speed_variance, double turn_variance) {
   Matrix6 covariance = Matrix6::Zero();
-  const double square = way.squaredNorm() + speed_variance;  // as far as it may have come
+  const double square = way.squaredNorm() + speed_variance;  // mean square of the distance
   const double across = square * (kSideways * kSideways + turn_variance / 3.0);
   const Eigen::Vector3d ahead =
       way.norm() > 1e-9 ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d::UnitZ();
@@ -94,12 +94,12 @@ UncertainMotion MotionHistory::along(const Vector6& twist, double duration, doub
 UncertainMotion MotionHistory::predict(double begin, double end) const {
   // Distance is the integral of a random walk: its variance grows with the third power of time.
   if (recent_.empty()) {
-    const double square = end * end - begin * begin;  // one and the same unknown speed throughout
+    const double square = end * end - begin * begin;  // the unknown speed is constant
     return along(Vector6::Zero(), end - begin, square * unknown_speed_ * unknown_speed_,
                  square * kUnknownTurn * kUnknownTurn);
   }
   Vector6 goes_on = twist();
-  goes_on(3) = goes_on(5) = 0.0;  // a vehicle's pitch and roll come back
+  goes_on(3) = goes_on(5) = 0.0;  // pitch and roll of a vehicle return
   const double grown = (std::pow(end, 3) - std::pow(begin, 3)) / 3.0;
   return along(goes_on, end - begin, speedDiffusion() * grown, turnDiffusion() * grown);
 }

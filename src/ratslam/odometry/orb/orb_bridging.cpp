@@ -1,5 +1,4 @@
-// The parts of the odometry that deal with what was not measured: the start of maps and the stretches between
-// them.
+// Unmeasured stretches of the odometry: the start of maps and the stretches between maps.
 #include <algorithm>
 #include <cmath>
 
@@ -10,17 +9,18 @@
 namespace ratslam {
 namespace {
 
-// Median depth of a street scene, where a camera height is known but no road has been seen yet [camera
+// Assumed median depth of a street scene, if the camera height is known but no road has been seen yet [camera
 // heights].
 constexpr double kDepthInHeights = 10.0;
-constexpr double kGuessSigma = 0.5;        // of the log of that guess
-constexpr double kFirstRotationDeg = 0.1;  // standard deviation of the rotation across a map's first frames
-constexpr double kFirstWay = 0.02;         // the same of the way, sideways and lengthways, of its length
-constexpr std::size_t kSettledKeyframes = 10;  // after which a map's first places are known well
-constexpr double kSettledScale = 0.1;  // standard deviation of the log scale that is worth no more waiting
-constexpr double kTwistOver = 0.2;     // [s]
-constexpr int kLeastLookingBack = 25;  // landmarks that an earlier frame must show
-constexpr double kLookingBackGrowth = 4.0;  // of its pose's covariance: landmarks are seen from farther away
+constexpr double kGuessSigma = 0.5;        // standard deviation of the log of that guess
+constexpr double kFirstRotationDeg = 0.1;  // standard deviation of the rotation between a map's first frames
+constexpr double kFirstWay = 0.02;  // the same of the translation, in all axes, as a share of its length
+constexpr std::size_t kSettledKeyframes = 10;  // with so many keyframes a map's first poses are known well
+constexpr double kSettledScale = 0.1;          // with this standard deviation of the log scale waiting ends
+constexpr double kTwistOver = 0.2;             // time over which a twist is averaged [s]
+constexpr int kLeastLookingBack = 25;          // inliers that an earlier frame must have
+// Factor of an earlier frame's pose covariance, because it sees the landmarks from farther away.
+constexpr double kLookingBackGrowth = 4.0;
 
 }  // namespace
 
@@ -84,7 +84,7 @@ void OrbOdometry::settleWhenReady(OrbResult& result) {
 
 void OrbOdometry::settle(OrbResult& result) {
   const Frame& first = *map_->keyframes().front().frame;
-  // Places of the camera in the map's world.
+  // Poses of the camera in the map's world frame.
   std::vector<StampedPoseOfCamera> known{{first.stamp, first.T_camera_world.inverse()}};
   for (const Measured& sample : settling_->way) {
     const RigidTransform& T_keyframe_world = map_->keyframe(sample.reference)->frame->T_camera_world;
@@ -149,12 +149,12 @@ double OrbOdometry::scaleOfNewMap(double elapsed) {
     scale_keeper_.scaleGiven(kGuessSigma);
     return kDepthInHeights * params_.camera_height;
   }
-  scale_keeper_.scaleGiven(0.0);  // the unit is whatever the first map makes it
+  scale_keeper_.scaleGiven(0.0);  // the first map defines the unit
   return params_.nominal_speed > 0.0 ? params_.nominal_speed * elapsed / way : 1.0;
 }
 
 void OrbOdometry::bridge(OrbResult& result, double dt, const std::shared_ptr<Frame>& seen) {
-  if (settling_) settle(result);  // with what there is
+  if (settling_) settle(result);  // with the samples so far
   if (!bridge_) bridge_.emplace(last_result_->sample.stamp, T_odom_camera_, measured_frame_);
   const Stamp stamp = result.sample.stamp;
   const MotionBridge::Step step = bridge_->look(camera_, stamp, seen.get(), history_, *workers_);

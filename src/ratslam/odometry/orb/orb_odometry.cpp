@@ -13,21 +13,22 @@
 namespace ratslam {
 namespace {
 
-// A camera whose image has moved less than this since it last moved stands still [px]; several times the
-// noise of an aligned patch. Slow motion is not lost: it adds up until it shows.
+// The camera stands still if its image has moved by less than this since the last frame with motion [px]. It is
+// several times the noise of an aligned patch. Slow motion adds up until it exceeds the bound.
 constexpr double kStillPixels = 0.15;
-// A landmark goes when it is found too rarely where it should be seen, or when it has not been confirmed by a
-// third keyframe soon after it was made.
+// A landmark is removed if it is found in too few of the frames where it should be visible, or if no third keyframe
+// observes it soon after its creation.
 constexpr int kMinVisible = 4;
 constexpr double kMinFoundShare = 0.3;
 constexpr int kYoungKeyframes = 2;
 constexpr std::size_t kMinObservations = 3;
-// Speed of a camera of which nothing is known yet, where a camera height gives metres [m/s]; otherwise in
-// median depths, the unit then.
+// Standard deviation of the speed before the first measurement, if a camera height gives metres [m/s]; otherwise in
+// median depths, which are the unit then.
 constexpr double kUnknownSpeed = 10.0;
 constexpr double kUnknownSpeedInDepths = 1.0;
-// What a motion's covariance leaves out: landmarks count as exact while a pose is measured (share of the
-// variance), and neighbouring measurements of the road err alike (share of the deviation of the scale).
+// Factors for errors that a motion's covariance leaves out: landmarks count as exact while a pose is estimated
+// (factor of the variance), and neighbouring measurements of the road are correlated (factor of the scale's standard
+// deviation).
 constexpr double kLandmarkErrors = 1.3;
 constexpr double kRoadErrors = 1.7;
 
@@ -64,7 +65,7 @@ double unknownSpeed(const OrbOdometryParams& params) {
   return params.nominal_speed > 0.0 ? params.nominal_speed : kUnknownSpeedInDepths;
 }
 
-/// A source that starts anew starts at another time.
+/// An epoch from the first stamp: a source that starts anew has another first stamp.
 std::uint32_t epochOf(Stamp first) {
   const auto bits = static_cast<std::uint64_t>(first);
   return static_cast<std::uint32_t>(bits ^ (bits >> 32));
@@ -161,7 +162,7 @@ bool OrbOdometry::trackMap(OrbResult& result, double dt) {
     still_reference_ = frame_->observations;
   }
   if (!lost) {
-    // This camera in the one before, exactly nothing where it stands still.
+    // Motion since the last frame; exactly zero if the camera stands still.
     const RigidTransform step = still ? RigidTransform{} : lastPose() * frame_->T_camera_world.inverse();
     setMotion(result, step, dt, covarianceOfMotion(step, covariance));
     velocity_ = still ? Vector6(Vector6::Zero()) : logTransform(step.inverse()) / dt;
@@ -241,7 +242,7 @@ void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& step, doubl
   const Vector6 twist = logTransform(step) / dt;
   result.twist.head<3>() = base_from_camera_ * twist.head<3>();
   result.twist.tail<3>() = base_from_camera_ * twist.tail<3>();
-  if (!camera_in_base_.isZero(0.0)) {  // a camera off the axis is carried round in turns
+  if (!camera_in_base_.isZero(0.0)) {  // in turns a camera off the axis moves on an arc
     result.twist.head<3>() -= Eigen::Vector3d(result.twist.tail<3>()).cross(camera_in_base_);
   }
   result.sample.speed = result.twist(0);
@@ -251,7 +252,7 @@ void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& step, doubl
 }
 
 Matrix6 OrbOdometry::covarianceOfMotion(const RigidTransform& motion, const Matrix6& covariance) const {
-  // The same landmarks held both poses; what they have in common is the error of their scale.
+  // Both poses come from the same landmarks, whose common error is that of the scale.
   Matrix6 sum = kLandmarkErrors * (covariance + last_covariance_);
   const Eigen::Vector3d in_scale = kRoadErrors * scale_keeper_.sigma() * motion.translation;
   sum.topLeftCorner<3, 3>() += in_scale * in_scale.transpose();

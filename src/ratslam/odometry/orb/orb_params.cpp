@@ -8,7 +8,7 @@
 namespace ratslam {
 namespace {
 
-/// A camera that looks ahead, level.
+/// Axes of a level camera that looks ahead, in base_link.
 Eigen::Matrix3d levelCamera() {
   Eigen::Matrix3d level;
   level << 0, 0, 1, -1, 0, 0, 0, -1, 0;

@@ -1,4 +1,4 @@
-// The odometry's state, saved and loaded.
+// Saving and loading of the odometry's state.
 #include <stdexcept>
 
 #include "ratslam/common/state.h"

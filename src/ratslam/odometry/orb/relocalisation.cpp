@@ -14,7 +14,7 @@ constexpr int kIterations = 300;
 constexpr float kReprojectionError = 4.0F;  // [px]
 constexpr double kConfidence = 0.999;
 
-/// The feature most like a landmark in the whole frame, or -1.
+/// Index of the feature most similar to a landmark in the whole frame, or -1.
 int mostSimilar(const Frame& frame, const std::uint8_t* descriptor) {
   int best = kMaxDistance + 1;
   int second = 256;
@@ -63,7 +63,7 @@ TrackingOutcome relocalise(const CameraModel& camera, LocalMap& map, Frame& fram
   cv::cv2eigen(translation, pose.translation);
   pose.rotation = expRotation(omega);
   if (!omega.allFinite() || !pose.translation.allFinite()) return {};
-  // The inliers that OpenCV reports precede its own refinement: refine and count again.
+  // OpenCV's inliers are those before its own refinement. So refine and count again.
   const PoseEstimate rough = refinePose(camera, pose, matches, params.loss);
   if (rough.inliers < params.min_tracked / 2) return {};
   TrackingParams strict = params;

@@ -6,17 +6,17 @@
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kToLock = 5;      // measurements that must agree when the target is known
-constexpr std::size_t kToLearn = 15;    // the same when they make the target
-constexpr double kAgreement = 0.08;     // their median absolute deviation [log height]
+constexpr std::size_t kToLock = 5;      // number of measurements that must agree if the target is known
+constexpr std::size_t kToLearn = 15;    // the same if they define the target
+constexpr double kAgreement = 0.08;     // their largest median absolute deviation [log height]
 constexpr double kNormalGain = 0.02;    // of the slow average of the road's normal
-constexpr double kSurprises = 40.0;     // innovations that their mean square is taken over
-constexpr double kLeastSurprise = 0.1;  // what all innovations have in common does not show in them
-constexpr double kBlock = 20.0;         // way over which corrections are summed [heights]
-constexpr double kPriorBlocks = 3.0;    // weight of what is assumed of the walk
-constexpr double kPriorWalk = 0.003;    // of the unit [1/sqrt(height)]
-constexpr double kSeenLately = 60.0;    // the unit counts as anchored so long after a road was seen [heights]
-constexpr double kLowestHeight = 0.02;  // searched, in median depths of the landmarks
+constexpr double kSurprises = 40.0;     // number of innovations in their mean square
+constexpr double kLeastSurprise = 0.1;  // bound on the mean square: common errors do not show in innovations
+constexpr double kBlock = 20.0;         // distance over which corrections are summed [heights]
+constexpr double kPriorBlocks = 3.0;    // weight of the prior of the walk [blocks]
+constexpr double kPriorWalk = 0.003;    // prior: random walk of the unit [1/sqrt(height)]
+constexpr double kSeenLately = 60.0;    // the unit is anchored up to this distance after a road [heights]
+constexpr double kLowestHeight = 0.02;  // range of the search, in median depths of the landmarks
 constexpr double kHighestHeight = 0.5;
 
 double median(std::vector<double> values) {
@@ -25,7 +25,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Earlier keyframes that see the same road from far enough: the nearest with at least each of two baselines.
+/// Earlier keyframes that see the same road: for each of two baselines the nearest one that has at least it.
 std::vector<const Frame*> earlierViews(const LocalMap& map, double short_baseline, double long_baseline) {
   const auto& keyframes = map.keyframes();
   const Eigen::Vector3d here = keyframes.back().frame->centre();

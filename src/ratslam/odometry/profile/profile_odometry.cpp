@@ -19,7 +19,7 @@ struct Range {
   int end;
 };
 
-/// Columns (or rows) [begin, end) of a region in an image of that extent.
+/// Columns (or rows) [begin, end) of a region. @param extent of the image
 Range resolve(const std::string& key, int begin, int end, int extent) {
   const int resolved = end < 0 ? extent : end;
   if (resolved > extent) {
@@ -32,7 +32,7 @@ Range resolve(const std::string& key, int begin, int end, int extent) {
   return {begin, resolved};
 }
 
-/// Mean intensity of each column, the mean of the channels being grey. Shape: columns of the region.
+/// Mean intensity of each column, in [0, 1]. Grey is the mean of the channels. Shape: columns of the region.
 std::vector<double> columnProfile(const cv::Mat& region) {
   cv::Mat sums;
   cv::reduce(region, sums, 0, cv::REDUCE_SUM, CV_64F);
@@ -54,7 +54,7 @@ struct BestShift {
   double difference = 0.0;  ///< mean absolute difference there
 };
 
-/// Mean absolute difference where `now` is `before` moved right by `shift` columns.
+/// Mean absolute difference of `now` and `before` moved to the right by `shift` columns.
 double differenceAt(const std::vector<double>& before, const std::vector<double>& now, int shift) {
   const int columns = static_cast<int>(now.size());
   const int overlap = columns - std::abs(shift);
@@ -69,7 +69,7 @@ BestShift compareProfiles(const std::vector<double>& before, const std::vector<d
   const int limit = std::min(kMaxShift, static_cast<int>(now.size()) / 2);
   std::vector<double> differences;
   for (int shift = -limit; shift <= limit; ++shift) differences.push_back(differenceAt(before, now, shift));
-  // Of equal differences the smallest turn wins: a blank wall is no reason to spin.
+  // Of equal differences the smallest turn wins, so that a blank wall is no rotation.
   std::size_t best = static_cast<std::size_t>(limit);
   for (int distance = 1; distance <= limit; ++distance) {
     for (const int shift : {-distance, distance}) {
@@ -85,11 +85,10 @@ BestShift compareProfiles(const std::vector<double>& before, const std::vector<d
   return result;
 }
 
-/// The profile difference measures speed only as well as vtrans_scaling suits the scene: about a quarter of
-/// it.
+/// Relative error of the speed: vtrans_scaling suits a scene to about a quarter.
 constexpr double kSpeedError = 0.25;
 constexpr double kSmallestSpeedError = 0.1;  // [m/s]
-/// Axes that a planar odometry holds at zero by assumption.
+/// Variance along the axes that a planar odometry assumes to be zero.
 constexpr double kAssumedVariance = 1e-6;
 
 }  // namespace
