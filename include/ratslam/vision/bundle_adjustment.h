@@ -1,9 +1,9 @@
-/// Windowed bundle adjustment: Levenberg-Marquardt on poses and points with the points eliminated first
-/// (Schur complement); Triggs et al., Bundle Adjustment - A Modern Synthesis (2000).
+/// Windowed bundle adjustment: Levenberg-Marquardt on poses and points. The points are eliminated first (Schur
+/// complement). Source: Triggs et al., Bundle Adjustment - A Modern Synthesis (2000).
 ///
 ///   minimise   sum rho( |project(T_pose point) - pixel|^2 / sigma^2 )      rho: Huber's loss
 ///
-/// over the free poses and all points; the fixed poses hold position, direction and scale.
+/// over the free poses and all points. The fixed poses determine position, direction and scale.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,13 +25,13 @@ struct BundleProblem {
   std::vector<RigidTransform> poses;  ///< camera from world; the first `free_poses` are estimated
   int free_poses = 0;
   std::vector<Eigen::Vector3d> points;          ///< world
-  std::vector<BundleObservation> observations;  ///< those of one point together, points in ascending order
+  std::vector<BundleObservation> observations;  ///< grouped by point, points in ascending order
 };
 
 struct BundleOptions {
   int max_iterations = 5;
   double huber = 2.0;               ///< [sigma]
-  double relative_decrease = 1e-4;  ///< of the cost; a smaller one ends the search
+  double relative_decrease = 1e-4;  ///< a smaller relative decrease of the cost ends the search
 };
 
 struct BundleSummary {
@@ -40,7 +40,7 @@ struct BundleSummary {
   int iterations = 0;
 };
 
-/// Improves poses and points in place; the cost never rises.
+/// Improves poses and points in place. The cost never rises.
 /// @throws std::invalid_argument if an index is out of range or the observations are not grouped by point.
 BundleSummary adjustBundle(const CameraModel& camera, BundleProblem& problem, const BundleOptions& options);
 

@@ -1,11 +1,13 @@
 /// ORB features, spread over the image: Rublee et al., ORB: an efficient alternative to SIFT or SURF (ICCV
 /// 2011), with FAST corners (Rosten and Drummond 2006) at each level of an image pyramid.
 ///
-/// Steps at each level: FAST scores above the low threshold, local maxima only; in each cell of a grid the
-/// corners that also pass the high threshold come first, and the weak ones are used where a cell has no
-/// strong one; every cell gives its strongest corner, then its second, and so on, until the level's share of
-/// the features is reached; orientation by the intensity centroid; steered BRIEF descriptor on the smoothed
-/// level.
+/// Steps at each level:
+///  1. Compute FAST scores above the low threshold and keep the local maxima.
+///  2. Select in each cell of a grid the corners that also pass the high threshold. A cell without any keeps its
+///     weak corners.
+///  3. Take the strongest corner of every cell, then the second of every cell, and so on, until the level's share
+///     of the features is reached.
+///  4. Compute the orientation by the intensity centroid, and the steered BRIEF descriptor on the smoothed level.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +21,7 @@
 namespace ratslam {
 
 struct Feature {
-  Eigen::Vector2d raw = Eigen::Vector2d::Zero();    ///< where it was found [raw px of level 0]
+  Eigen::Vector2d raw = Eigen::Vector2d::Zero();    ///< position [raw px of level 0]
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< the same, undistorted
   float angle_deg = 0.0F;                           ///< direction of the intensity centroid, x towards y
   int level = 0;                                    ///< of the pyramid
@@ -45,9 +47,8 @@ class FeatureExtractor {
   /// @param level instruction set; the features do not depend on it.
   explicit FeatureExtractor(const ExtractorParams& params, SimdLevel level = bestSimdLevel());
 
-  /// Features of an image, `pixel` left equal to `raw`. @param descriptors [out] one row of 32 bytes a
-  /// feature.
-  /// @param workers share the levels.
+  /// Features of an image. `pixel` equals `raw`: the caller undistorts it. @param descriptors [out] one row of 32
+  /// bytes per feature. @param workers share the levels.
   std::vector<Feature> extract(const ImagePyramid& pyramid, cv::Mat& descriptors, WorkerPool& workers) const;
 
  private:

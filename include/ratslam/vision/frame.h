@@ -1,5 +1,5 @@
-/// One image as the odometry sees it: pyramid, features with descriptors, a grid to look features up by
-/// place, its pose, and which landmarks it observes where.
+/// One image of the odometry: pyramid, features with descriptors, a grid for finding features by position, the
+/// camera's pose, and the observed landmarks.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace ratslam {
 using LandmarkId = std::int64_t;
 constexpr LandmarkId kNoLandmark = -1;
 
-/// Finds the points near a place: a regular grid of buckets over the undistorted image.
+/// Finds the features near a position: a regular grid of buckets over the undistorted image.
 class PointGrid {
  public:
   struct Point {
@@ -30,7 +30,7 @@ class PointGrid {
 
   PointGrid() = default;
   PointGrid(const std::vector<Feature>& features, double cell_size);
-  /// The same grid without some of the features. @param left_out one flag a feature.
+  /// The same grid without some of the features. @param left_out one flag per feature.
   PointGrid without(const std::vector<bool>& left_out) const;
 
   /// Calls visit(point) for each feature in the cells that a square around `centre` touches, in a fixed
@@ -43,7 +43,7 @@ class PointGrid {
     for (int row = clampRow(centre.y() - radius); row <= bottom; ++row) visitCells(row, left, right, visit);
   }
 
-  /// The same for the cells that come within `reach` of a line segment.
+  /// The same for the cells within `reach` of a line segment.
   template <class Visit>
   void forEachAlong(const Eigen::Vector2d& begin, const Eigen::Vector2d& end, double reach,
                     Visit&& visit) const {
@@ -78,7 +78,7 @@ class PointGrid {
   std::vector<Point> points_;         // cell by cell, row by row
 };
 
-/// Where a frame sees a landmark.
+/// Observation of a landmark in a frame.
 struct Observation {
   LandmarkId landmark = kNoLandmark;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< undistorted
@@ -98,9 +98,9 @@ struct Frame {
   Stamp stamp = 0;
   ImagePyramid pyramid;
   std::vector<Feature> features;
-  cv::Mat descriptors;             ///< one row of 32 bytes a feature
+  cv::Mat descriptors;             ///< one row of 32 bytes per feature
   PointGrid grid;                  ///< over features[i].pixel
-  bool features_outdated = false;  ///< features[i].pixel is still another calibration's
+  bool features_outdated = false;  ///< features[i].pixel still belongs to an earlier calibration
   RigidTransform T_camera_world;
   std::vector<Observation> observations;
 
@@ -112,14 +112,14 @@ struct Frame {
 Frame makeFrame(Stamp stamp, const cv::Mat& grey, const CameraModel& camera,
                 const FeatureExtractor& extractor, const ExtractorParams& params, WorkerPool& workers);
 
-/// Gives a frame's observations the places that another calibration undistorts them to. Its features, which
-/// are many and mostly not looked at again, follow with refreshFeatures.
+/// Undistorts a frame's observations with another calibration. The features are only marked as outdated, because
+/// they are many and mostly not used again: see refreshFeatures.
 void recalibrate(Frame& frame, const CameraModel& from, const CameraModel& to);
 
-/// Gives a frame's features their undistorted places. @param pixels one a feature.
+/// Sets the undistorted positions of a frame's features. @param pixels one per feature.
 void placeFeatures(Frame& frame, const std::vector<Eigen::Vector2d>& pixels);
 
-/// Undistorts a frame's features anew if they are outdated.
+/// Undistorts a frame's features again if they are outdated.
 void refreshFeatures(Frame& frame, const CameraModel& camera);
 
 }  // namespace ratslam

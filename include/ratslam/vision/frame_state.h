@@ -1,7 +1,7 @@
-/// Frames in a State. Many parts of an odometry hold the same frame, which is written once and has a number.
+/// Frames in a State. Several parts of an odometry share a frame. It is written once, under a number.
 ///
-/// An image is kept as PNG. Features and descriptors are found again when it is read: they depend on nothing
-/// else. Their undistorted places are kept, since a lens that was refined step by step leaves its steps there.
+/// An image is saved as PNG. Features and descriptors depend only on the image, so they are extracted again on
+/// reading. Their undistorted positions are saved, because they depend on the steps of the lens refinement.
 #pragma once
 
 #include <map>
@@ -30,7 +30,7 @@ class LoadedFrames {
   /// @throws std::runtime_error naming what is missing or does not fit the camera
   LoadedFrames(const State& state, const CameraModel& camera, const FeatureExtractor& extractor,
                const ExtractorParams& params, WorkerPool& workers);
-  /// None for -1. @throws std::runtime_error for any other number that no frame has
+  /// The frame of a number; null for -1. @throws std::runtime_error for any other number without a frame
   std::shared_ptr<Frame> frame(int number) const;
 
  private:

@@ -1,8 +1,7 @@
-/// Image pyramid: the same grey image at ever coarser scales.
+/// Image pyramid: the same grey image at coarser and coarser scales.
 ///
-/// Level l has 1/factor^l of the size of level 0, rounded to whole pixels. Coordinates at a level are mapped
-/// with pixel centres at whole numbers, so that a point keeps its place to a fraction of a pixel at each
-/// level.
+/// Level l has 1/factor^l of the size of level 0, rounded to whole pixels. Pixel centres are at whole coordinates
+/// on every level. So the mapping between levels is exact to a fraction of a pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,12 +13,12 @@ namespace ratslam {
 class ImagePyramid {
  public:
   ImagePyramid() = default;
-  /// @param grey 8-bit, one channel; it is copied. @param levels at least 1. @param factor > 1.
+  /// @param grey 8-bit, one channel; is copied. @param levels at least 1. @param factor > 1.
   ImagePyramid(const cv::Mat& grey, int levels, double factor);
 
   int levels() const { return static_cast<int>(images_.size()); }
   const cv::Mat& image(int level) const { return images_[static_cast<std::size_t>(level)]; }
-  /// Pixels of level 0 along the edge of one pixel of `level`.
+  /// Edge of one pixel of `level` [px of level 0].
   double scale(int level) const { return scales_[static_cast<std::size_t>(level)]; }
   Eigen::Vector2d toLevel(const Eigen::Vector2d& point, int level) const {
     return (point + kHalf).cwiseQuotient(ratios_[static_cast<std::size_t>(level)]) - kHalf;
@@ -32,7 +31,7 @@ class ImagePyramid {
   inline static const Eigen::Vector2d kHalf{0.5, 0.5};
   std::vector<cv::Mat> images_;
   std::vector<double> scales_;
-  std::vector<Eigen::Vector2d> ratios_;  // columns and rows: rounding makes them differ slightly
+  std::vector<Eigen::Vector2d> ratios_;  // of columns and of rows, which differ slightly by rounding
 };
 
 }  // namespace ratslam

@@ -1,6 +1,5 @@
-/// The local map: the last keyframes and the landmarks that they see. It is bounded: the oldest keyframe goes
-/// when a new one exceeds the window, and a landmark goes with its last observations. Nothing here closes
-/// loops.
+/// The local map: the last keyframes and the landmarks that they observe. Its size is bounded: a new keyframe beyond
+/// the window removes the oldest one, and a landmark is removed with its last observations. It closes no loops.
 #pragma once
 
 #include <array>
@@ -18,12 +17,12 @@ namespace ratslam {
 using KeyframeId = int;
 using Descriptor = std::array<std::uint8_t, 32>;
 
-/// Where a keyframe sees a landmark.
+/// Observation of a landmark in a keyframe.
 struct LandmarkObservation {
   KeyframeId keyframe = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< undistorted
   double sigma = 1.0;                               ///< relative to level 0
-  int strikes = 0;  ///< how often in a row the bundle adjustment found it wrong
+  int strikes = 0;  ///< consecutive bundle adjustments in which it was an outlier
 };
 
 struct Landmark {
@@ -31,12 +30,12 @@ struct Landmark {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world
   Descriptor descriptor{};
   std::vector<LandmarkObservation> observations;  ///< keyframes ascending
-  KeyframeId reference = 0;                       ///< keyframe whose image shows what the landmark looks like
+  KeyframeId reference = 0;                       ///< keyframe whose image gives the landmark's patch
   Eigen::Vector2d reference_raw = Eigen::Vector2d::Zero();
   int reference_level = 0;
   KeyframeId created = 0;
-  int visible = 0;  ///< frames that should have seen it
-  int found = 0;    ///< frames that did
+  int visible = 0;  ///< number of frames in which it should be visible
+  int found = 0;    ///< number of frames in which it was found
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -49,7 +48,7 @@ struct Landmark {
     fields("created", created);
     fields("visible", visible);
     fields("found", found);
-    // Lists of plain values, which fit into the rows of a table.
+    // As lists of plain values they fit into the rows of a table.
     std::vector<KeyframeId> keyframes;
     std::vector<Eigen::Vector2d> pixels;
     std::vector<double> sigmas;
@@ -78,25 +77,25 @@ struct Keyframe {
 
 class LocalMap {
  public:
-  /// @param max_keyframes kept at a time, at least 2.
+  /// @param max_keyframes at least 2.
   explicit LocalMap(int max_keyframes) : max_keyframes_(max_keyframes) {}
 
   const std::deque<Keyframe>& keyframes() const { return keyframes_; }
-  /// As many keyframes as are kept.
+  /// Whether the next keyframe will remove the oldest one.
   bool full() const { return static_cast<int>(keyframes_.size()) >= max_keyframes_; }
-  /// Nothing if that keyframe has been dropped.
+  /// A keyframe; null if it has been removed.
   const Keyframe* keyframe(KeyframeId id) const;
   std::vector<Landmark>& landmarks() { return landmarks_; }
   const std::vector<Landmark>& landmarks() const { return landmarks_; }
-  /// Nothing if that landmark has been dropped. Valid until landmarks are added or removed.
+  /// A landmark; null if it has been removed. Valid until landmarks are added or removed.
   Landmark* landmark(LandmarkId id);
   const Landmark* landmark(LandmarkId id) const;
 
-  /// Takes the frame's observations into the map; drops the oldest keyframes beyond the window.
+  /// Adds a keyframe and its observations. Removes the oldest keyframes beyond the window.
   const Keyframe& addKeyframe(std::shared_ptr<Frame> frame, const CameraModel& camera);
   /// @param landmark without an id. @return its id.
   LandmarkId addLandmark(Landmark landmark);
-  /// Removes the landmarks that `unwanted(landmark)` names, and all with fewer than two observations.
+  /// Removes the landmarks for which `unwanted(landmark)` is true, and all with fewer than two observations.
   template <class Predicate>
   void removeLandmarks(Predicate&& unwanted) {
     std::size_t kept = 0;
@@ -109,11 +108,11 @@ class LocalMap {
     reindex();
   }
 
-  /// Scales everything about `centre`: a correction of scale moves the whole map, never a single pose.
+  /// Scales all poses and positions about `centre`.
   void rescale(double factor, const Eigen::Vector3d& centre);
-  /// Undistorts all observations anew; poses and positions stay as they are.
+  /// Undistorts all observations with another calibration. Poses and positions do not change.
   void recalibrate(const CameraModel& from, const CameraModel& to);
-  /// Median depth of the landmarks in front of a camera; 0 where there is none.
+  /// Median depth of the landmarks in front of a camera; 0 if there are none.
   double medianDepth(const RigidTransform& T_camera_world) const;
 
   void save(State& state, FramesToSave& frames) const;

@@ -1,9 +1,8 @@
-/// Where exactly a small piece of one image lies in another: affine-warped template alignment.
+/// Alignment of a small patch of one image in another image, to a fraction of a pixel.
 ///
-/// Inverse compositional Lucas-Kanade (Baker and Matthews, IJCV 2004) over translation; gain and offset of
-/// brightness are eliminated by comparing patches with their means taken off and a fitted gain, so that
-/// exposure changes do not move the result. The patch is warped by the affine map that the scene's geometry
-/// predicts.
+/// The method is inverse compositional Lucas-Kanade (Baker and Matthews, IJCV 2004) over translation. The patch is
+/// first warped by the affine map that the scene's geometry predicts. Patches are compared without their means and
+/// with a fitted gain, so that changes of exposure do not move the result.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,11 +12,11 @@
 
 namespace ratslam {
 
-/// A place in one image and how its surroundings map into another.
+/// Centre of the patch in the source image.
 struct PatchSource {
   const ImagePyramid* pyramid = nullptr;
   Eigen::Vector2d raw = Eigen::Vector2d::Zero();  ///< centre of the patch [raw px of level 0]
-  int level = 0;                                  ///< at which its feature was found
+  int level = 0;                                  ///< pyramid level of its feature
 };
 
 struct PatchMatch {
@@ -27,14 +26,13 @@ struct PatchMatch {
 };
 
 struct AlignmentLimits {
-  double max_shift = 3.0;  ///< from where the search starts [px of the level]
+  double max_shift = 3.0;  ///< from the start of the search [px of the level]
   double min_correlation = 0.85;
 };
 
 /// Aligns the patch in `target`, starting at `start` [raw px of level 0].
 /// @param target_from_source derivative of target pixels by source pixels, both at level 0.
-/// @return nothing if the patch leaves the image, has no texture in both directions, strays or does not look
-/// alike.
+/// @return none if the patch leaves the image, lacks texture in a direction, moves too far or is not similar enough.
 std::optional<PatchMatch> alignPatch(const PatchSource& source, const ImagePyramid& target,
                                      const Eigen::Vector2d& start, const Eigen::Matrix2d& target_from_source,
                                      const AlignmentLimits& limits);

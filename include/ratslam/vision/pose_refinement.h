@@ -2,10 +2,9 @@
 ///
 ///   minimise over T   sum_i rho( |pixel_i - project(T point_i)|^2 / (sigma_i s)^2 )
 ///
-/// rho is Huber's; s, the scale of the errors, is estimated from their median absolute deviation before each
-/// round (Hartley and Zisserman, Multiple View Geometry, A6.8), because a fixed gate at an assumed noise
-/// biases the scale of a monocular path. Observations beyond the gate keep out of the round, and may come
-/// back in the next.
+/// rho is Huber's loss. The scale s of the errors is estimated from their median absolute deviation before each
+/// round (Hartley and Zisserman, Multiple View Geometry, A6.8), because a fixed gate at an assumed noise biases the
+/// scale of a monocular path. Observations beyond the gate are left out of a round, but may return in the next.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,16 +22,16 @@ struct PoseObservation {
 };
 
 struct RobustLoss {
-  double huber = 2.0;      ///< where the loss turns from quadratic to linear [sigma]
-  double gate = 12.0;      ///< squared error beyond which an observation counts as wrong [sigma^2]
-  double min_sigma = 0.2;  ///< noise is never believed to be less [px]
+  double huber = 2.0;      ///< error at which the loss turns from quadratic to linear [sigma]
+  double gate = 12.0;      ///< squared error beyond which an observation is an outlier [sigma^2]
+  double min_sigma = 0.2;  ///< least scale of the errors [px]
 };
 
 struct PoseEstimate {
   RigidTransform T_camera_world;
   Matrix6 covariance = Matrix6::Zero();  ///< of the left increment (translation, rotation)
   double sigma = 1.0;                    ///< scale of the reprojection errors [px]
-  std::vector<bool> inlier;              ///< one an observation
+  std::vector<bool> inlier;              ///< one per observation
   int inliers = 0;
 };
 
@@ -40,9 +39,9 @@ struct PoseEstimate {
 struct Reprojection {
   Eigen::Vector2d error = Eigen::Vector2d::Zero();
   Eigen::Matrix<double, 2, 3> by_point_in_camera = Eigen::Matrix<double, 2, 3>::Zero();
-  double depth = 0.0;  ///< the rest is valid where it is positive
+  double depth = 0.0;  ///< the other members are valid only if it is positive
 
-  /// (I, -skew(point_in_camera)) after by_point_in_camera, whose zeros are left out.
+  /// by_point_in_camera * (I, -skew(point_in_camera)), without the products with its zeros.
   Eigen::Matrix<double, 2, 6> byPose(const Eigen::Vector3d& point_in_camera) const {
     const Eigen::Vector3d& p = point_in_camera;
     const double a = by_point_in_camera(0, 0);
@@ -54,7 +53,7 @@ struct Reprojection {
         0.0, c, d, d * p.y() - c * p.z(), -d * p.x(), c * p.x();
     return jacobian;
   }
-  /// By the point in the world, for the rotation of the camera from the world; zeros left out likewise.
+  /// Derivative by the point in the world. @param rotation camera from world. Also without the zeros.
   Eigen::Matrix<double, 2, 3> byPoint(const Eigen::Matrix3d& rotation) const {
     Eigen::Matrix<double, 2, 3> jacobian;
     jacobian.row(0) = by_point_in_camera(0, 0) * rotation.row(0) + by_point_in_camera(0, 2) * rotation.row(2);
@@ -62,7 +61,7 @@ struct Reprojection {
     return jacobian;
   }
 };
-constexpr double kMinDepth = 1e-6;  ///< nearer points have no image
+constexpr double kMinDepth = 1e-6;  ///< points with less depth are not projected
 
 /// project(point) - pixel, for a point in the camera frame.
 inline Reprojection reproject(const CameraModel& camera, const Eigen::Vector3d& point_in_camera,
@@ -82,7 +81,7 @@ inline Reprojection reproject(const CameraModel& camera, const Eigen::Vector3d& 
 /// Standard deviation of one coordinate of two-dimensional Gaussian errors, from the median of their lengths.
 double robustSigma(std::vector<double> error_lengths);
 
-/// @return an estimate with inliers = 0 and the initial pose where fewer than 6 observations are given.
+/// @return with fewer than 6 observations the initial pose with inliers = 0.
 PoseEstimate refinePose(const CameraModel& camera, const RigidTransform& initial,
                         const std::vector<PoseObservation>& observations, const RobustLoss& loss);
 

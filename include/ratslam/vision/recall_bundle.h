@@ -1,15 +1,15 @@
 /// Bundle adjustment of one or two views against an anchor view: Triggs et al., "Bundle adjustment - a modern
 /// synthesis" (2000), with points as inverse depths in the anchor (Civera et al., 2008).
 ///
-/// A point seen in the anchor at bearing b = (x, y, 1) with inverse depth rho appears in a view at
-/// pi(R b + rho t), where X_view = R X_anchor + t. Points at infinity (rho = 0) are as good as any other, and
-/// a point that only one view shares with the anchor still says where its epipolar line is.
+/// A point with bearing b = (x, y, 1) and inverse depth rho in the anchor appears in a view at pi(R b + rho t), where
+/// X_view = R X_anchor + t. Points at infinity (rho = 0) are no special case. A point that only one view shares with
+/// the anchor still constrains the view by its epipolar line.
 ///
-/// 1. Levenberg-Marquardt over the views' poses, the points eliminated (Schur complement), Cauchy weights.
-/// 2. Observations off by more than the gate become outliers and may come back; repeated.
-/// 3. Covariance of the poses: the inverse of the reduced Hessian times the residuals' own variance.
+/// 1. Levenberg-Marquardt over the views' poses with Cauchy weights; the points are eliminated (Schur complement).
+/// 2. Observations beyond the gate become outliers. Repeat from 1; outliers may become inliers again.
+/// 3. Covariance of the poses: the inverse of the reduced Hessian times the variance of the residuals.
 ///
-/// Gauge: at least one view's translation has a fixed length or is none at all; all lengths are in its unit.
+/// Gauge: at least one view has a translation of fixed length or none. All lengths are in its unit.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@
 
 namespace ratslam {
 
-/// How much of a view's pose is free.
+/// Free part of a view's pose.
 enum class RecallMotion {
   kRotation,  ///< no translation: rotation only
   kUnit,      ///< |t| stays 1
@@ -42,7 +42,7 @@ struct RecallObservation {
 struct RecallPoint {
   Eigen::Vector2d bearing = Eigen::Vector2d::Zero();  ///< (X/Z, Y/Z) in the anchor
   double inverse_depth = 0.0;                         ///< 1 / Z in the anchor
-  double sigma = 0.0;  ///< of inverse_depth with the poses known; infinite where no observation tells it
+  double sigma = 0.0;  ///< of inverse_depth for known poses; infinite if no observation determines it
 };
 
 struct RecallBundle {
@@ -55,10 +55,9 @@ struct RecallBundle {
 /// iterated).
 double inverseDepth(const RecallView& view, const Eigen::Vector2d& anchor, const Eigen::Vector2d& bearing);
 
-/// Refines views and points and marks outliers. Inverse depths need a sensible start (inverseDepth).
-/// At most two views. @return covariance of all views' (rotation, translation), 6 a view, rotation first,
-/// both as increments from the left: R <- exp(dr) R, t <- t + dt. Nothing where too few observations agree to
-/// determine the poses.
+/// Refines views and points and marks outliers. Inverse depths need a sensible start (inverseDepth). At most two
+/// views. @return covariance of all views, 6 rows per view (rotation, translation), as increments from the left:
+/// R <- exp(dr) R, t <- t + dt. None if too few observations agree to determine the poses.
 std::optional<Eigen::MatrixXd> refineRecallBundle(RecallBundle& bundle);
 
 /// Number of inliers among the observations of a view.

@@ -1,5 +1,5 @@
-/// Rigid motion of space, SE(3): a unit quaternion and a translation, so that long products stay orthogonal
-/// (the quaternion is renormalised at each product).
+/// Rigid motion of space, SE(3): a unit quaternion and a translation. The quaternion is normalised at each product,
+/// so that long products stay orthogonal.
 ///
 /// Exponential and logarithm after Barfoot, State Estimation for Robotics (2017), ch. 7; twists are ordered
 /// (translation, rotation).
@@ -51,7 +51,7 @@ struct RigidTransform {
 Eigen::Quaterniond expRotation(const Eigen::Vector3d& omega);
 /// The rotation vector of a unit quaternion, of length in [0, pi].
 Eigen::Vector3d logRotation(const Eigen::Quaterniond& rotation);
-/// The motion that a constant twist (translation, rotation) makes in unit time.
+/// The motion by a constant twist (translation, rotation) in unit time.
 RigidTransform expTransform(const Vector6& twist);
 /// The twist whose exponential is `transform`.
 Vector6 logTransform(const RigidTransform& transform);

@@ -1,10 +1,12 @@
-/// New landmarks for a keyframe, from what it and its neighbours see in common.
+/// New landmarks from the features that a keyframe and its neighbours have in common.
 ///
-/// Steps for each feature that no landmark explains: search its epipolar line in a neighbour by descriptor;
-/// triangulate; sharpen the match by aligning the feature's patch, warped by the depth just found; look for
-/// the same patch in the other neighbours, where the point now projects; triangulate from all views; accept
-/// if the rays meet at a large enough angle and every reprojection error is small. Hartley and Zisserman,
-/// Multiple View Geometry, ch. 12.
+/// Steps for each feature without a landmark:
+///  1. Search its epipolar line in a neighbour by descriptor, and triangulate.
+///  2. Align the feature's patch, warped according to that depth, to refine the match.
+///  3. Align the same patch in the other neighbours at the projected position.
+///  4. Triangulate from all views. Accept the landmark if the parallax is large enough and every reprojection error
+///     is small.
+/// Source: Hartley and Zisserman, Multiple View Geometry, ch. 12.
 #pragma once
 
 #include <optional>
@@ -17,13 +19,13 @@
 namespace ratslam {
 
 struct TriangulationParams {
-  double min_parallax_deg = 1.0;    ///< between the two rays that are farthest apart
+  double min_parallax_deg = 1.0;    ///< largest angle between two rays must be at least this
   double max_error = 1.5;           ///< reprojection error, times the level's scale [px]
-  double max_epipolar_error = 2.5;  ///< before the match is sharpened, times the level's scale [px]
-  double spacing = 9.0;             ///< no new landmark nearer than this to an old one [px]
-  int neighbours = 5;               ///< keyframes that a new landmark is looked for in
-  int searched = 3;                 ///< the newest of them, whose features are searched for a first match
-  int max_new = 300;                ///< landmarks a keyframe
+  double max_epipolar_error = 2.5;  ///< before alignment, times the level's scale [px]
+  double spacing = 9.0;             ///< least distance of a new landmark from an old one [px]
+  int neighbours = 5;               ///< number of keyframes in which a new landmark is searched
+  int searched = 3;                 ///< the newest of them, which are searched by descriptor
+  int max_new = 300;                ///< new landmarks per keyframe
 };
 
 struct View {
@@ -32,14 +34,14 @@ struct View {
   double sigma = 1.0;                               ///< relative
 };
 
-/// The point that several views see: linear start, then Gauss-Newton on the reprojection error.
-/// @return nothing with fewer than two views, for parallel rays, or for a point behind a camera.
+/// Triangulates a point from several views: linear start, then Gauss-Newton on the reprojection error.
+/// @return none with fewer than two views, for parallel rays, or for a point behind a camera.
 std::optional<Eigen::Vector3d> triangulate(const CameraModel& camera, const std::vector<View>& views);
 
 /// Largest angle between the rays of a point to the views' centres [rad].
 double parallax(const Eigen::Vector3d& point, const std::vector<View>& views);
 
-/// Adds landmarks to the map for the newest keyframe. @param workers share the features. @return how many.
+/// Adds landmarks of the newest keyframe to the map. @param workers share the features. @return their number.
 int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationParams& params,
                  WorkerPool& workers);
 

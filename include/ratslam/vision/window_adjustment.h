@@ -1,8 +1,8 @@
 /// Bundle adjustment of the local map's newest part.
 ///
-/// Free: the newest keyframes and the landmarks they see. Fixed: older keyframes that see the same landmarks,
-/// at least as many again; they hold position and scale. An observation is dropped only after it was found
-/// wrong in two adjustments in a row, so that one bad step of an eager optimiser does not thin out the map.
+/// The newest keyframes and the landmarks that they see are free. Older keyframes that see the same landmarks are
+/// fixed, at least as many; they determine position and scale. An observation is removed only if it was an outlier in
+/// two consecutive adjustments. So one bad step of the optimiser does not thin out the map.
 #pragma once
 
 #include "ratslam/vision/local_map.h"
@@ -18,12 +18,11 @@ struct WindowParams {
 
 struct WindowSummary {
   int observations = 0;
-  int removed = 0;     ///< observations dropped
+  int removed = 0;     ///< number of observations removed
   double sigma = 0.0;  ///< scale of the reprojection errors after the adjustment [px]
 };
 
-/// Adjusts poses and positions in the map. With fewer keyframes than `free_keyframes` + 1 the oldest one is
-/// fixed.
+/// Adjusts poses and positions in the map. With fewer than `free_keyframes` + 1 keyframes the oldest one is fixed.
 WindowSummary adjustWindow(const CameraModel& camera, LocalMap& map, const WindowParams& params,
                            const RobustLoss& loss);
 

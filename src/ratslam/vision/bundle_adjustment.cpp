@@ -23,15 +23,14 @@ const SchurKernels& kernels = schurKernels();
 constexpr double kFirstDamping = 1e-5;
 constexpr double kLeastDamping = 1e-9;
 constexpr double kMostDamping = 1e6;
-// What a point behind its camera costs: like an error of this many deviations, so that no step hides one
-// there.
+// Cost of a point behind its camera, as an error in standard deviations: so no step can hide a point there.
 constexpr double kBehindCamera = 100.0;
 
 double huberCost(double normalised, double threshold) {
   return normalised <= threshold ? 0.5 * normalised * normalised : threshold * (normalised - 0.5 * threshold);
 }
 
-/// An observation as poses and points predict it.
+/// Prediction of an observation from poses and points.
 struct Prediction {
   Eigen::Vector3d point_in_camera;
   Reprojection reprojection;
@@ -70,14 +69,14 @@ void evaluate(const CameraModel& camera, const std::vector<RigidTransform>& pose
   }
 }
 
-/// Everything of the normal equations that does not depend on the damping.
+/// The parts of the normal equations that do not depend on the damping.
 struct Linearisation {
   std::vector<Matrix6> pose_hessian;
   std::vector<Vector6> pose_gradient;
   std::vector<Eigen::Matrix3d> point_hessian;
   std::vector<Eigen::Vector3d> point_gradient;
-  std::vector<FreeView> views;  // by free poses, those of one point together
-  std::vector<int> first_view;  // of each point, and the end
+  std::vector<FreeView> views;  // observations by free poses, grouped by point
+  std::vector<int> first_view;  // of each point; the last entry is the end
 };
 
 void linearise(const BundleProblem& problem, const Evaluation& evaluation, double huber,
@@ -123,14 +122,14 @@ struct Step {
   std::vector<Eigen::Vector3d> points;
 };
 
-/// Raises the diagonal as Levenberg and Marquardt do.
+/// Levenberg-Marquardt damping of the diagonal.
 template <class Matrix>
 void damp(Matrix&& hessian, double damping) {
   hessian.diagonal() *= 1.0 + damping;
   hessian.diagonal().array() += 1e-12;
 }
 
-/// Solves the damped normal equations: reduced system of the poses, then each point by itself.
+/// Solves the damped normal equations: first the reduced system of the poses, then each point on its own.
 bool solveStep(const BundleProblem& problem, const Linearisation& linear, double damping, Step& step) {
   const int poses = problem.free_poses;
   std::vector<PoseEquations> equations(static_cast<std::size_t>(poses * poses));  // lower triangle only

@@ -9,24 +9,24 @@
 namespace ratslam {
 namespace {
 
-constexpr int kBorder = 19;    // disc, pattern and smoothing stay inside the image
-constexpr int kCellSize = 24;  // of the grid that spreads the corners [px of the level]
+constexpr int kBorder = 19;    // keeps disc, pattern and smoothing inside the image
+constexpr int kCellSize = 24;  // of the grid that distributes the corners [px of the level]
 
-/// Strongest first; ties in reading order, so that the choice is one.
+/// Strongest first. Ties are in reading order, so that the order is unique.
 bool stronger(const Corner& a, const Corner& b) {
   if (a.score != b.score) return a.score > b.score;
   if (a.y != b.y) return a.y < b.y;
   return a.x < b.x;
 }
 
-/// Corners by cells of a grid.
+/// Corners in the cells of a grid.
 class CornerGrid {
  public:
   explicit CornerGrid(const cv::Size& size)
       : columns_((size.width + kCellSize - 1) / kCellSize),
         rows_((size.height + kCellSize - 1) / kCellSize) {}
 
-  /// A cell with a strong corner gives its strong ones only.
+  /// Sorts corners into cells. A cell with a strong corner keeps only its strong ones.
   void fill(const std::vector<Corner>& corners, int strong_threshold) {
     std::vector<bool> has_strong(cells(), false);
     for (const Corner& corner : corners) {
@@ -47,7 +47,7 @@ class CornerGrid {
     }
   }
 
-  /// Each cell's strongest corner, then each cell's second, ... until `quota` are taken.
+  /// Takes each cell's strongest corner, then each cell's second, and so on, until there are `quota`.
   std::vector<Corner> takeInTurns(std::size_t quota) {
     std::vector<Corner> taken;
     taken.reserve(quota);
@@ -80,14 +80,13 @@ class CornerGrid {
 
   int columns_;
   int rows_;
-  std::vector<std::size_t> begin_;  // of each cell's corners; one more than there are cells
+  std::vector<std::size_t> begin_;  // first corner of each cell; one more entry than cells
   std::vector<Corner> sorted_;
 };
 
-/// Point pairs drawn from a Gaussian around the corner (Calonder et al., BRIEF, ECCV 2010, G II), the same
-/// ones always.
+/// Point pairs drawn from a Gaussian around the corner (Calonder et al., BRIEF, ECCV 2010, G II), with a fixed seed.
 BriefPattern makePattern() {
-  constexpr int kDraws = 12;  // uniform numbers whose sum is nearly Gaussian, of variance kDraws / 12
+  constexpr int kDraws = 12;  // sum of uniform numbers: nearly Gaussian with variance kDraws / 12
   constexpr double kDeviation = 31.0 / 5.0;  // edge of the patch / 5
   std::mt19937 random(1);
   const auto draw = [&] {
@@ -109,9 +108,10 @@ BriefPattern makePattern() {
   return pattern;
 }
 
-/// The corners of a row. @param maxima their scores, 0 elsewhere; whole words, and 0 behind the row's end.
+/// Appends the corners of a row. @param maxima scores of corners, 0 elsewhere. Its length is a multiple of a word,
+/// filled with 0.
 void appendCorners(const std::vector<std::uint8_t>& maxima, int y, std::vector<Corner>& corners) {
-  // Most are 0: look at eight at a time.
+  // Most are 0, so check eight at a time.
   const std::uint8_t* const first = maxima.data();
   const int end = static_cast<int>(maxima.size()) - 7;
   for (int begin = 0; begin < end; begin += 8) {
@@ -134,7 +134,7 @@ FeatureExtractor::FeatureExtractor(const ExtractorParams& params, SimdLevel leve
     : params_(params), kernels_(featureKernels(level)), pattern_(makePattern()) {}
 
 std::vector<Corner> FeatureExtractor::detect(const cv::Mat& image) const {
-  // Scores of three rows at a time, one column wider to either side.
+  // Circular buffer of the scores of three rows, with one more column on either side.
   const int width = image.cols - 2 * kBorder;
   std::vector<std::uint8_t> buffer(static_cast<std::size_t>(3 * (width + 2)));
   std::vector<std::uint8_t> maxima(static_cast<std::size_t>(width + 7));  // whole words
@@ -164,7 +164,7 @@ std::vector<Corner> FeatureExtractor::cornersOfLevel(const cv::Mat& image, int q
 }
 
 cv::Mat FeatureExtractor::smoothed(const cv::Mat& image) const {
-  // Nearer to the edge nothing is asked for.
+  // No descriptor reads pixels nearer to the edge.
   cv::Mat result(image.size(), CV_8UC1);
   std::vector<std::uint8_t> row(static_cast<std::size_t>(image.cols));
   for (int y = kSmoothReach; y < image.rows - kSmoothReach; ++y) {
@@ -208,8 +208,7 @@ FeatureExtractor::LevelFeatures FeatureExtractor::featuresOfLevel(const ImagePyr
 
 std::vector<Feature> FeatureExtractor::extract(const ImagePyramid& pyramid, cv::Mat& descriptors,
                                                WorkerPool& workers) const {
-  // A level's share is in proportion to its edge length, so that features per octave fall as slowly as scales
-  // do.
+  // A level's share is proportional to its edge length.
   double total = 0.0;
   for (int level = 0; level < pyramid.levels(); ++level) total += 1.0 / pyramid.scale(level);
   std::vector<LevelFeatures> found(static_cast<std::size_t>(pyramid.levels()));

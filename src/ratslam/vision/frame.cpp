@@ -20,8 +20,7 @@ PointGrid::PointGrid(const std::vector<Feature>& features, double cell_size)
     high = high.cwiseMax(feature.pixel);
   }
   origin_ = low;
-  // Wide lenses can throw single points very far out: the outermost cells then hold all that lies beyond
-  // them.
+  // A wide lens can undistort single points to very far away. The outermost cells hold all points beyond them.
   constexpr double kMostCells = 512.0;
   columns_ = 1 + static_cast<int>(std::min(kMostCells, (high.x() - low.x()) / cell_size));
   rows_ = 1 + static_cast<int>(std::min(kMostCells, (high.y() - low.y()) / cell_size));
@@ -56,7 +55,7 @@ PointGrid PointGrid::without(const std::vector<bool>& left_out) const {
 
 std::pair<int, int> PointGrid::columnsAlong(int row, const Eigen::Vector2d& begin, const Eigen::Vector2d& end,
                                             double reach) const {
-  // The piece of the segment that comes near the row's points; the outermost rows go on for ever.
+  // Part of the segment near the row's points. The outermost rows extend without end.
   const double top = row == 0 ? -1e9 : origin_.y() + row / cells_per_pixel_ - reach;
   const double bottom = row == rows_ - 1 ? 1e9 : origin_.y() + (row + 1) / cells_per_pixel_ + reach;
   const Eigen::Vector2d step = end - begin;

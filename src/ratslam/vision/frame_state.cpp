@@ -20,7 +20,7 @@ void FramesToSave::save(State& state) const {
     std::vector<Eigen::Vector2d> pixels;
     pixels.reserve(frame.features.size());
     for (const Feature& feature : frame.features) pixels.push_back(feature.pixel);
-    // Packing takes milliseconds a frame. Nobody changes an image; all else is copied.
+    // Packing takes milliseconds per frame, so it is done later. The image is never changed; the rest is copied.
     state.setLater(std::to_string(i), [stamp = frame.stamp, image = frame.pyramid.image(0), pixels,
                                        outdated = frame.features_outdated, pose = frame.T_camera_world,
                                        observations = frame.observations](State& saved) {
@@ -37,7 +37,7 @@ void FramesToSave::save(State& state) const {
 
 LoadedFrames::LoadedFrames(const State& state, const CameraModel& camera, const FeatureExtractor& extractor,
                            const ExtractorParams& params, WorkerPool& workers) {
-  CameraModel pinhole = camera;  // the places that a lens gives are read
+  CameraModel pinhole = camera;  // the undistorted positions are read from the state
   pinhole.model = LensModel::kNone;
   const auto count = state.get<std::uint32_t>("count");
   for (std::uint32_t i = 0; i < count; ++i) {

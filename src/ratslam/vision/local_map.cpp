@@ -49,7 +49,7 @@ void LocalMap::dropOldestKeyframe(const CameraModel& camera) {
     if (!observations.empty() && observations.front().keyframe == gone)
       observations.erase(observations.begin());
     if (landmark.reference != gone || observations.empty()) continue;
-    // The newest view lasts longest, and changes of reference are where small errors could add up.
+    // The newest view stays longest. So the reference changes rarely; each change could add a small error.
     const LandmarkObservation& newest = observations.back();
     const ImagePyramid& pyramid = keyframe(newest.keyframe)->frame->pyramid;
     landmark.reference = newest.keyframe;
@@ -100,7 +100,7 @@ void LocalMap::load(const State& state, const LoadedFrames& frames) {
   state.get("landmarks", landmarks_);
   const auto numbers = state.get<std::vector<int>>("keyframes");
   keyframes_.clear();
-  // Ids have no gaps, and the last one was given last.
+  // Ids have no gaps and end with the newest one.
   KeyframeId id = next_keyframe_ - static_cast<KeyframeId>(numbers.size());
   for (const int number : numbers) keyframes_.push_back({id++, frames.frame(number)});
   const bool whole = !keyframes_.empty() &&

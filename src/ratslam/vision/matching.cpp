@@ -7,8 +7,8 @@ namespace ratslam {
 namespace {
 
 constexpr double kMargin = 8.0;             // from the image's edge [px]
-constexpr double kMostMagnification = 5.0;  // between the reference view and the present one
-constexpr double kLevelTolerance = 1.5;  // of a feature's scale against the predicted one: two levels of 1.2
+constexpr double kMostMagnification = 5.0;  // from the reference view to the present one
+constexpr double kLevelTolerance = 1.5;  // ratio of a feature's scale to the predicted one: two levels of 1.2
 
 const FeatureKernels& kernels = featureKernels();
 
@@ -71,7 +71,7 @@ int searchNear(const Frame& frame, const std::uint8_t* descriptor, const Eigen::
     const double level_scale = frame.pyramid.scale(point.level);
     if (level_scale > kLevelTolerance * scale || scale > kLevelTolerance * level_scale) return;
     const int distance = hammingDistance(descriptor, frame.descriptor(point.feature));
-    // The same corner found again at the next level is no rival.
+    // The same corner at the next level does not count as second best.
     const bool rival = best_feature >= 0 && (best_pixel - point.pixel).squaredNorm() > 9.0 * scale * scale;
     if (distance < best) {
       if (rival) second = best;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxIterations = 10;
 constexpr float kConverged = 0.01F;  // [px of the level]
-// Of the template's grey values: below, there is nothing but noise to align.
+// Least variance of the template's grey values: below it there is only noise to align.
 constexpr float kMinVariance = 9.0F;
 const Eigen::Vector2d kPatchMiddle(0.5 * (kPatchColumns - 1), 0.5 * (kPatchRows - 1));
 
@@ -22,8 +22,8 @@ struct Template {
   Eigen::Matrix2f inverse_hessian;
 };
 
-/// Samples the source image so that the template looks as the target level should.
-/// @param step source-level pixels per target-level pixel.
+/// Samples the source image as it should appear at the target level. @param step source-level pixels per
+/// target-level pixel.
 bool makeTemplate(const cv::Mat& image, const Eigen::Vector2d& centre, const Eigen::Matrix2d& step,
                   Template& made) {
   const Eigen::Vector2d middle = kPatchMiddle + Eigen::Vector2d::Ones();  // of the rim
@@ -40,14 +40,14 @@ bool makeTemplate(const cv::Mat& image, const Eigen::Vector2d& centre, const Eig
   const TemplateSums& sums = made.sums;
   const float determinant = sums.x_x * sums.y_y - sums.x_y * sums.x_y;
   const float trace = sums.x_x + sums.y_y;
-  // Both eigenvalues must be sizeable: along an edge the patch could slide.
+  // Both eigenvalues must be large enough, because a patch could slide along an edge.
   if (sums.value_value < kMinVariance * kPatchArea || determinant < 0.01F * trace * trace) return false;
   made.inverse_hessian << sums.y_y, -sums.x_y, -sums.x_y, sums.x_x;
   made.inverse_hessian /= determinant;
   return true;
 }
 
-/// Compares the upright patch around `centre` with the template; false outside the image.
+/// Compares the upright patch around `centre` with the template. @return false outside the image.
 bool comparePatch(const cv::Mat& image, const Eigen::Vector2f& centre, const PatchTemplate& patch,
                   PatchSums& sums) {
   const Eigen::Vector2f corner = centre - kPatchMiddle.cast<float>();
@@ -64,7 +64,7 @@ bool comparePatch(const cv::Mat& image, const Eigen::Vector2f& centre, const Pat
   return true;
 }
 
-/// Asks for the patch's pixels before they are needed: the rows of an image lie far apart in memory.
+/// Prefetches the patch's pixels, because the rows of an image are far apart in memory.
 void prefetchPatch(const cv::Mat& image, const Eigen::Vector2f& centre) {
   const Eigen::Vector2f corner = centre - kPatchMiddle.cast<float>();
   if (!(corner.x() >= 0.0F) || !(corner.y() >= 0.0F) || !(corner.x() < static_cast<float>(image.cols)) ||
@@ -78,7 +78,7 @@ void prefetchPatch(const cv::Mat& image, const Eigen::Vector2f& centre) {
   }
 }
 
-/// The pyramid level whose scale is nearest to `scale` by ratio.
+/// The pyramid level with the scale nearest to `scale` by ratio.
 int nearestLevel(const ImagePyramid& pyramid, double scale) {
   int level = 0;
   while (level + 1 < pyramid.levels() && scale * scale > pyramid.scale(level) * pyramid.scale(level + 1))
@@ -94,8 +94,8 @@ std::optional<PatchMatch> alignPatch(const PatchSource& source, const ImagePyram
   const double determinant = target_from_source.determinant();
   if (!(determinant > 0.01) || !(determinant < 100.0)) return std::nullopt;
   const double magnification = std::sqrt(determinant);
-  // Measure where a pixel covers what it covered when the feature was found, and sample the source as
-  // coarsely.
+  // Measure at the target level where a pixel covers the same area as at the feature's level, and sample the source
+  // at the corresponding level.
   const int level = nearestLevel(target, source.pyramid->scale(source.level) * magnification);
   const int source_level = nearestLevel(*source.pyramid, target.scale(level) / magnification);
 
@@ -120,7 +120,7 @@ std::optional<PatchMatch> alignPatch(const PatchSource& source, const ImagePyram
     const float energy = sums.square - sums.value * sums.value / static_cast<float>(kPatchArea);
     if (!(energy > 0.0F)) return std::nullopt;
     correlation = sums.product / std::sqrt(energy * model.sums.value_value);
-    if (correlation < 0.2F) return std::nullopt;  // nothing in common: a step from here is a guess
+    if (correlation < 0.2F) return std::nullopt;  // the patches are unrelated, so a step would be random
     const float gain = sums.product / model.sums.value_value;
     const Eigen::Vector2f gradient(sums.along_x - gain * model.sums.value_x,
                                    sums.along_y - gain * model.sums.value_y);

@@ -11,9 +11,9 @@ namespace {
 constexpr int kRounds = 4;
 constexpr int kStepsPerRound = 4;
 constexpr std::size_t kMinObservations = 6;
-constexpr double kConverged = 1e-9;  // squared length of a step below which a round ends
+constexpr double kConverged = 1e-9;  // a smaller squared length of a step ends a round
 
-/// Cells of the image within which errors may agree.
+/// Cells of the image within which errors may be correlated.
 constexpr int kColumns = 8;
 constexpr int kRows = 4;
 
@@ -22,7 +22,7 @@ struct NormalEquations {
   Vector6 gradient = Vector6::Zero();
 };
 
-/// @param gate_active in the first round nothing is left out: the initial pose may be far off.
+/// @param gate_active false in the first round, because the initial pose may be far off.
 NormalEquations accumulate(const CameraModel& camera, const RigidTransform& pose,
                            const std::vector<PoseObservation>& observations, const RobustLoss& loss,
                            double sigma, bool gate_active) {
@@ -43,10 +43,9 @@ NormalEquations accumulate(const CameraModel& camera, const RigidTransform& pose
   return equations;
 }
 
-/// Covariance of the pose where errors of observations that lie beside each other in the image agree: one object
-/// that moves, one facade that is matched a pixel off. The gradients are summed over the cells of a grid, and
-/// the sums count as independent (sandwich estimator: Huber, Robust Statistics, 6.3; clustered: Liang and
-/// Zeger 1986).
+/// Covariance of the pose for correlated errors of neighbouring observations, for example on a moving object or on a
+/// facade that is matched a pixel off. The gradients are summed over the cells of a grid, and the sums count as
+/// independent (sandwich estimator: Huber, Robust Statistics, 6.3; clustered: Liang and Zeger 1986).
 Matrix6 clusteredCovariance(const CameraModel& camera, const PoseEstimate& estimate,
                             const std::vector<PoseObservation>& observations, const RobustLoss& loss,
                             const Matrix6& inverse_hessian) {
@@ -68,7 +67,7 @@ Matrix6 clusteredCovariance(const CameraModel& camera, const PoseEstimate& estim
     spread.noalias() += gradient * gradient.transpose();
     seen += 1.0;
   }
-  // The pose has been fitted to these cells, so its six numbers are missing in the spread.
+  // The fit of the six pose parameters to these cells has reduced their spread.
   const double left = std::max(seen - 6.0, 1.0) / std::max(seen, 1.0);
   return inverse_hessian * spread * inverse_hessian / left;
 }
@@ -108,7 +107,7 @@ PoseEstimate refinePose(const CameraModel& camera, const RigidTransform& initial
     measureErrors();
     for (int step = 0; step < kStepsPerRound; ++step) {
       equations = accumulate(camera, estimate.T_camera_world, observations, loss, estimate.sigma, round > 0);
-      // A trace of damping keeps a singular system (all points far away, or in a line) solvable.
+      // A little damping keeps a singular system (all points far away, or in a line) solvable.
       equations.hessian.diagonal() *= 1.0 + 1e-9;
       const Eigen::LDLT<Matrix6> factor(equations.hessian);
       const Vector6 increment = -factor.solve(equations.gradient);
@@ -125,7 +124,7 @@ PoseEstimate refinePose(const CameraModel& camera, const RigidTransform& initial
   }
   const Eigen::LDLT<Matrix6> factor(equations.hessian);
   const Matrix6 inverse = factor.solve(Matrix6::Identity());
-  // Both are right where errors are independent; the clustered one, of few cells, is less sure of itself.
+  // For independent errors both are right. The clustered one is noisy, because the cells are few.
   const Matrix6 covariance =
       0.5 * (inverse + clusteredCovariance(camera, estimate, observations, loss, inverse));
   if (covariance.allFinite()) estimate.covariance = 0.5 * (covariance + covariance.transpose());

@@ -11,16 +11,16 @@
 namespace ratslam {
 namespace {
 
-constexpr int kRounds = 3;       // of refining, then gating
-constexpr int kIterations = 8;   // a round
+constexpr int kRounds = 3;       // of refinement and gating
+constexpr int kIterations = 8;   // per round
 constexpr double kCauchy = 2.0;  // [sigma]
 constexpr double kGate = 4.0;    // [sigma]
-constexpr double kMinSigma =
-    0.05;                       // of the residuals, in expected sigmas: their discretisation if nothing else
-constexpr double kMinZ = 1e-3;  // of R b + rho t, to lie before the view
-constexpr double kWeakest = 1e-9;  // information on an inverse depth below which it counts as none
+// Least scale of the residuals, in expected sigmas: positions are discrete.
+constexpr double kMinSigma = 0.05;
+constexpr double kMinZ = 1e-3;     // least z of R b + rho t for a point in front of the view
+constexpr double kWeakest = 1e-9;  // less information on an inverse depth counts as none
 
-// At most two views of six parameters: sizes that need no memory from the heap.
+// Two views of six parameters: a fixed bound on sizes avoids allocations.
 constexpr int kMaxSize = 12;
 using Block = Eigen::Matrix<double, 2, 6>;
 using Basis = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6>;
@@ -29,7 +29,7 @@ using PoseVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSize, 1>;
 using PoseRow = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxSize>;
 using PointRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Directions in which a view's pose may move, as columns over (rotation, translation).
+/// Basis of the free directions of a view's pose, as columns over (rotation, translation).
 Basis freedom(const RecallView& view) {
   const int dofs = view.motion == RecallMotion::kRotation ? 3 : view.motion == RecallMotion::kUnit ? 5 : 6;
   Basis basis = Basis::Zero(6, dofs);
@@ -45,8 +45,8 @@ Basis freedom(const RecallView& view) {
 
 struct Residual {
   bool visible = false;
-  Eigen::Vector2d error = Eigen::Vector2d::Zero();  // in sigmas
-  Block by_pose = Block::Zero();                    // derivatives
+  Eigen::Vector2d error = Eigen::Vector2d::Zero();  // [sigma]
+  Block by_pose = Block::Zero();                    // derivative
   Eigen::Vector2d by_depth = Eigen::Vector2d::Zero();
 };
 
@@ -71,7 +71,7 @@ Residual residual(const RecallView& view, const RecallPoint& point, const Recall
 struct ReducedSystem {
   SquareMatrix hessian;  // over the free pose parameters
   PoseVector gradient;
-  PointRows coupling;  // a row a point: d2 / d(point) d(poses)
+  PointRows coupling;  // one row per point: d2 / d(point) d(poses)
   Eigen::VectorXd point_hessian;
   Eigen::VectorXd point_gradient;
   double cost = 0.0;
@@ -120,7 +120,7 @@ class Problem {
     return s;
   }
 
-  /// Step of the poses, points eliminated. @param damping relative to the diagonal (Marquardt)
+  /// Step of the poses, with the points eliminated. @param damping relative to the diagonal (Marquardt)
   PoseVector solve(const ReducedSystem& s, double damping, Eigen::VectorXd& point_step) const {
     SquareMatrix reduced = s.hessian;
     reduced.diagonal() *= 1.0 + damping;
@@ -185,7 +185,7 @@ class Problem {
     }
   }
 
-  /// The inverse depth of each point that observations determine; elsewhere its sigma is infinite.
+  /// Sets the sigma of each point's inverse depth; infinite if the observations do not determine it.
   void pointSigmas(const ReducedSystem& s) {
     for (std::size_t i = 0; i < bundle_.points.size(); ++i) {
       const double information = s.point_hessian[static_cast<Eigen::Index>(i)];
@@ -228,7 +228,7 @@ class Problem {
     return residual(bundle_.views[static_cast<std::size_t>(seen.view)],
                     bundle_.points[static_cast<std::size_t>(seen.point)], seen);
   }
-  /// Cauchy's loss; what falls behind a view costs as much as an error far beyond the gate.
+  /// Cauchy's loss. A point behind a view costs as much as an error far beyond the gate.
   static double lossOf(const Residual& r) {
     const double squared = r.visible ? r.error.squaredNorm() : 1e6;
     return kCauchy * kCauchy * std::log1p(squared / (kCauchy * kCauchy));
@@ -238,7 +238,7 @@ class Problem {
   }
 
   RecallBundle& bundle_;
-  std::vector<Basis> bases_;  // as of the last linearisation
+  std::vector<Basis> bases_;  // at the last linearisation
   std::vector<int> offsets_;
 };
 

@@ -15,9 +15,9 @@
 namespace ratslam {
 namespace {
 
-constexpr double kGate = 4.0;         // of an inlier [sigma]
-constexpr double kConfidence = 0.99;  // that one sample was free of outliers
-constexpr int kMinSamples = 50;       // the first clean sample may sit in the wrong of two near-equal minima
+constexpr double kGate = 4.0;         // largest error of an inlier [sigma]
+constexpr double kConfidence = 0.99;  // probability that one sample was free of outliers
+constexpr int kMinSamples = 50;  // the first clean sample may lead to the wrong one of two similar minima
 constexpr int kEpipolarSamples = 150;
 constexpr int kResectionSamples = 300;
 
@@ -31,14 +31,14 @@ void addTo(Score& score, double squared_error) {
   if (squared_error < kGate * kGate) ++score.inliers;
 }
 
-/// Sampson's approximation of the distance to the epipolar lines, squared, in sigmas.
+/// Score by Sampson's approximation of the squared distance to the epipolar lines [sigma^2].
 Score epipolarScore(const Eigen::Matrix3d& essential, const std::vector<RecallPair>& pairs) {
   Score score{0.0, 0};
   for (const RecallPair& pair : pairs) {
     const Eigen::Vector3d line = essential * pair.anchor.homogeneous();
     const Eigen::Vector3d line_back = essential.transpose() * pair.bearing.homogeneous();
     const double off = pair.bearing.homogeneous().dot(line);
-    // The pair's sigma holds both places' errors: half of its square falls to each.
+    // The pair's sigma contains the errors of both bearings: each has half of its square.
     const double slope = 0.5 * (line.head<2>().squaredNorm() + line_back.head<2>().squaredNorm());
     addTo(score, off * off / std::max(slope * pair.sigma * pair.sigma, 1e-300));
   }
@@ -56,13 +56,12 @@ Score poseScore(const RecallView& view, const std::vector<RecallPair>& pairs) {
 }
 
 /// Essential matrices of five matches: Stewenius, Engels and Nister, "Recent developments on direct relative
-/// orientation" (2006). E = x X + y Y + z Z + W spans what the epipolar constraints leave; det E = 0 and
-/// 2 E E' E - tr(E E') E = 0 are ten cubics in (x, y, z), and the eigenvectors of their action matrix the
-/// solutions.
+/// orientation" (2006). E = x X + y Y + z Z + W is the null space of the epipolar constraints. det E = 0 and
+/// 2 E E' E - tr(E E') E = 0 are ten cubics in (x, y, z). The eigenvectors of their action matrix are the solutions.
 class FivePointSolver {
  public:
   FivePointSolver() {
-    // The cubics' coefficients follow from their values at as many places as there are monomials.
+    // The cubics' coefficients follow from their values at as many points as there are monomials.
     std::mt19937 generator;
     for (int k = 0; k < kMonomials; ++k) {
       for (int c = 0; c < 3; ++c) places_(c, k) = static_cast<double>(generator() % 2001) * 1e-3 - 1.0;
@@ -104,7 +103,7 @@ class FivePointSolver {
     std::vector<Eigen::Matrix3d> solutions;
     if (!reduced.allFinite()) return solutions;
 
-    // Multiplication by x of (xx, xy, yy, xz, yz, zz, x, y, z, 1), cubic monomials replaced.
+    // Multiplication of (xx, xy, yy, xz, yz, zz, x, y, z, 1) by x, with the cubic monomials replaced.
     Matrix10 action = Matrix10::Zero();
     constexpr std::array<int, 6> kCubicOf{0, 1, 2, 4, 5, 7};
     for (int k = 0; k < 6; ++k) action.row(k) = -reduced.row(kCubicOf[static_cast<std::size_t>(k)]);
@@ -139,11 +138,11 @@ class FivePointSolver {
   Eigen::Matrix<double, kMonomials, kMonomials> inverse_;
 };
 
-/// Draws samples of `kSize` pairs until an outlier-free one was drawn with `kConfidence`.
+/// Draws samples of `kSize` pairs until one of them is free of outliers with probability `kConfidence`.
 /// @param consider called with the indices of a sample; returns the inliers of the best model so far
 template <std::size_t kSize, class Consider>
 void drawSamples(std::size_t count, int most, Consider&& consider) {
-  std::mt19937 generator;  // its sequence is part of the language's standard
+  std::mt19937 generator;  // the C++ standard defines its sequence
   int needed = most;
   for (int drawn = 0; drawn < needed; ++drawn) {
     std::array<std::size_t, kSize> sample;
@@ -156,13 +155,13 @@ void drawSamples(std::size_t count, int most, Consider&& consider) {
     }
     const double share = static_cast<double>(consider(sample)) / static_cast<double>(count);
     const double clean = std::pow(share, static_cast<double>(kSize));
-    // log1p(-1) is minus infinity: then the least number will do. log1p(0) is 0: then the most.
+    // log1p(-1) is minus infinity, which gives the least number; log1p(0) is 0, which gives the most.
     const double enough = std::log(1.0 - kConfidence) / std::log1p(-clean);
     needed = static_cast<int>(std::clamp(std::abs(enough), 1.0 * kMinSamples, 1.0 * most));
   }
 }
 
-/// The one of an essential matrix' four motions that explains the pairs with points before both views.
+/// Of the four motions of an essential matrix, the one with most points in front of both views.
 RecallView motionOf(const Eigen::Matrix3d& essential, const std::vector<RecallPair>& pairs) {
   cv::Mat matrix;
   cv::eigen2cv(essential, matrix);

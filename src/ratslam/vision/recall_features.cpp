@@ -17,15 +17,15 @@ constexpr double kScaleFactor = 1.25;  // between pyramid levels
 constexpr int kLevels = 6;
 constexpr double kMaxPixels = 800e3;  // larger images are shrunk
 constexpr int kMaxDistance = 64;      // of a match [bits]
-constexpr double kMaxRatio = 0.8;     // of best to second-best distance
-constexpr float kSameCorner = 8.0F;   // nearer than this, in sigmas, two features may be one corner
-constexpr double kCornerSigma = 0.4;  // of a corner's place at the finest level [px]
+constexpr double kMaxRatio = 0.8;     // best distance / second best
+constexpr float kSameCorner = 8.0F;   // two nearer features may be the same corner [sigma]
+constexpr double kCornerSigma = 0.4;  // of a corner's position at the finest level [px]
 
 const FeatureKernels& kernels = featureKernels();
 
-/// Indices of features in the order in which levels give up theirs by turns, each as many as its share allows:
-/// any number of the first ones covers the image and the levels as all of them do.
-/// @param features  level by level, each level's in the order of its own turns
+/// Indices of the features, merged such that the levels take turns in proportion to their shares. So the first n
+/// cover the image and the levels as all of them do.
+/// @param features  level by level, each level in the order of selection
 std::vector<int> byTurn(const std::vector<Feature>& features, int count) {
   std::vector<double> turns(features.size());
   for (std::size_t first = 0, end = 0; first < features.size(); first = end) {
@@ -65,7 +65,7 @@ RecallFeatures extractRecallFeatures(const cv::Mat& grey, const CameraModel& cam
   RecallFeatures features;
   features.descriptors.create(static_cast<int>(order.size()), kRecallDescriptorBytes, CV_8U);
   const double focal = 0.5 * (camera.fx + camera.fy);
-  // Pixel centres lie at whole numbers: the image's edge is at -1/2 at every size.
+  // Pixel centres are at whole coordinates, so the image's edge is at -1/2 for every size.
   const Eigen::Vector2d half(0.5, 0.5);
   const Eigen::Vector2d ratio(static_cast<double>(grey.cols) / finest.cols,
                               static_cast<double>(grey.rows) / finest.rows);
@@ -108,13 +108,13 @@ std::vector<RecallMatch> matchRecallFeatures(const RecallFeatures& first, const 
                              distances.data());
     const auto best = std::min_element(distances.begin(), distances.end());
     const int distance = *best;
-    // A later feature of the first image may win a second one over, an equal one may not.
+    // A later feature of the first image replaces the match of a second one only if it is better.
     for (std::size_t j = 0; j < second.size(); ++j) {
       if (distances[j] < best_of_second[j].distance) best_of_second[j] = {distances[j], i};
     }
     if (distance > kMaxDistance) continue;
     const auto at = static_cast<std::size_t>(best - distances.begin());
-    // The same corner found at two pyramid levels is no rival.
+    // The same corner at another pyramid level does not count as second best.
     const float near = kSameCorner * second.sigmas[at];
     int rival = std::numeric_limits<int>::max();
     for (std::size_t j = 0; j < second.size(); ++j) {

@@ -5,7 +5,7 @@
 namespace ratslam {
 namespace {
 
-constexpr double kSmallAngle = 1e-4;  // below it, series to fourth order are exact to double precision
+constexpr double kSmallAngle = 1e-4;  // below it, fourth-order series are exact to double precision
 
 /// Left Jacobian of SO(3): translation of exp((v, omega)) is leftJacobian(omega) v.
 Eigen::Matrix3d leftJacobian(const Eigen::Vector3d& omega) {
@@ -28,7 +28,8 @@ Eigen::Quaterniond expRotation(const Eigen::Vector3d& omega) {
 }
 
 Eigen::Vector3d logRotation(const Eigen::Quaterniond& rotation) {
-  const double sign = rotation.w() < 0.0 ? -1.0 : 1.0;  // q and -q are one rotation: take the shorter way
+  const double sign =
+      rotation.w() < 0.0 ? -1.0 : 1.0;  // q and -q are the same rotation; take the shorter one
   const Eigen::Vector3d v = sign * rotation.vec();
   const double sine = v.norm();
   const double w = sign * rotation.w();

@@ -12,15 +12,15 @@ namespace ratslam {
 namespace {
 
 constexpr int kRefinementSteps = 5;
-constexpr int kBatch = 512;               // features looked at together
-constexpr int kShare = 32;                // of them that one worker takes at a time
-constexpr double kLeastBaseline = 0.005;  // of the median depth, to a neighbour
-constexpr double kTakenRadius = 3.0;      // of a landmark's sight, where features are its own [px]
+constexpr int kBatch = 512;               // features processed in parallel
+constexpr int kShare = 32;                // features that one worker takes at a time
+constexpr double kLeastBaseline = 0.005;  // to a neighbour / median depth
+constexpr double kTakenRadius = 3.0;      // features nearer to an observation belong to its landmark [px]
 
 /// Finds features of one frame on the epipolar lines of another's.
 class EpipolarSearch {
  public:
-  /// @param taken features of `to` that are not looked at.
+  /// @param taken features of `to` that are excluded.
   EpipolarSearch(const CameraModel& camera, const Frame& from, const Frame& to,
                  const std::vector<bool>& taken, double max_error)
       : camera_(camera),
@@ -41,12 +41,12 @@ class EpipolarSearch {
     }
   }
 
-  /// The feature that looks like `feature_index`, or -1.
+  /// The best match of a feature, or -1.
   int find(int feature_index) const {
     const Feature& feature = from_.features[static_cast<std::size_t>(feature_index)];
     const Eigen::Vector3d ray = camera_.bearing(feature.pixel);
     const Eigen::Vector3d far = T_to_from_.rotation * ray;
-    // Anything nearer than a baseline away changes its looks too much to be matched.
+    // The appearance of points nearer than about a baseline changes too much for a match.
     const Eigen::Vector3d near = T_to_from_ * (kNearest * baseline_ * ray);
     if (!(far.z() > kMinZ) || !(near.z() > kMinZ * baseline_)) return -1;
     const Eigen::Vector2d begin = camera_.project(far);
@@ -74,12 +74,12 @@ class EpipolarSearch {
 
  private:
   static constexpr double kNearest = 1.5;    // baselines
-  static constexpr double kMinZ = 0.05;      // of the distance: rays nearer to sideways leave any lens
-  static constexpr double kLongest = 400.0;  // of an epipolar segment [px]
+  static constexpr double kMinZ = 0.05;      // z / distance; rays farther to the side leave any lens
+  static constexpr double kLongest = 400.0;  // length of an epipolar segment [px]
   static constexpr int kMaxDistance = 60;    // [bits]
   static constexpr double kMaxRatio = 0.85;
-  static constexpr float kMaxTurn = 30.0F;  // of a feature's direction [deg]
-  static constexpr double kMaxZoom = 1.8;   // of a feature's scale
+  static constexpr float kMaxTurn = 30.0F;  // change of a feature's direction [deg]
+  static constexpr double kMaxZoom = 1.8;   // factor of a feature's scale
 
   struct Best {
     int feature = -1;
@@ -113,10 +113,10 @@ class EpipolarSearch {
   RigidTransform T_to_from_;
   double baseline_;
   double max_error_;
-  std::vector<std::pair<int, int>> levels_;  // first and last that a feature of each level may be found at
+  std::vector<std::pair<int, int>> levels_;  // for each level the first and the last one of possible matches
 };
 
-/// Features that a landmark explains already, or that lie too near to one.
+/// Marks the features that belong to a landmark or are too near to one.
 std::vector<bool> explainedFeatures(const Frame& frame, double spacing) {
   std::vector<bool> explained(frame.features.size(), false);
   for (const Observation& observation : frame.observations) {
@@ -136,7 +136,7 @@ bool reprojectsWithin(const CameraModel& camera, const Eigen::Vector3d& point, c
   return reprojection.depth > 0.0 && reprojection.error.norm() <= max_error * view.sigma;
 }
 
-/// One feature of the newest keyframe on its way to become a landmark.
+/// A feature of the newest keyframe that may become a landmark.
 class Candidate {
  public:
   Candidate(const CameraModel& camera, const LocalMap& map, int feature)
@@ -147,14 +147,14 @@ class Candidate {
     pixel_by_raw_ = camera.distortWithJacobian(source.pixel).jacobian.inverse();
   }
 
-  /// Takes a descriptor match as the second view and sharpens it.
+  /// Takes a descriptor match as the second view and aligns it.
   bool start(const Keyframe& neighbour, int match, const TriangulationParams& params) {
     const Feature& target = neighbour.frame->features[static_cast<std::size_t>(match)];
     views_.resize(1);
     keyframes_.resize(1);
     views_.push_back(
         {neighbour.frame->T_camera_world, target.pixel, neighbour.frame->pyramid.scale(target.level)});
-    // Most matches are far away: their rays tell before any point is made.
+    // Most matches are too far away. The angle of their rays shows it before any triangulation.
     const double least_parallax = 0.5 * degreesToRadians(params.min_parallax_deg);
     if (rayOf(views_[0]).dot(rayOf(views_[1])) > std::cos(least_parallax)) return false;
     const auto rough = triangulate(camera_, views_);
@@ -164,7 +164,7 @@ class Candidate {
     return look(neighbour, target.pixel, 2.0 * params.max_epipolar_error);
   }
 
-  /// Looks for the patch in one more keyframe, around `expected`.
+  /// Searches the patch in one more keyframe, around `expected`.
   bool look(const Keyframe& neighbour, const Eigen::Vector2d& expected, double max_distance) {
     const Feature& source = newest_.features[static_cast<std::size_t>(feature_)];
     const Frame& frame = *neighbour.frame;
@@ -184,7 +184,7 @@ class Candidate {
     return true;
   }
 
-  /// Triangulates from all views so far; a view that does not fit is left out.
+  /// Triangulates from all views so far, without views that do not fit.
   bool settle(const TriangulationParams& params) {
     auto point = triangulate(camera_, views_);
     if (!point) return false;
@@ -222,7 +222,7 @@ class Candidate {
   }
 
  private:
-  /// Unit, in the world's axes.
+  /// Ray of a view as a unit vector in the world's axes.
   Eigen::Vector3d rayOf(const View& view) const {
     return (view.T_camera_world.rotation.conjugate() * camera_.bearing(view.pixel)).normalized();
   }
@@ -241,7 +241,7 @@ class Candidate {
 
 std::optional<Eigen::Vector3d> triangulate(const CameraModel& camera, const std::vector<View>& views) {
   if (views.size() < 2) return std::nullopt;
-  // Start: the point nearest to all rays, each weighted alike.
+  // Start with the point nearest to all rays, with equal weights.
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const View& view : views) {
@@ -329,8 +329,8 @@ int addLandmarks(const CameraModel& camera, LocalMap& map, const TriangulationPa
     }
     return std::nullopt;
   };
-  // A batch of features is looked at in advance. Those that a landmark found in the same batch explains are
-  // dropped again: what is added is what one after the other would have given.
+  // The features of a batch are processed in parallel. Afterwards those that belong to a new landmark of the same
+  // batch are dropped: so the result is that of processing them one after the other.
   const int features = static_cast<int>(newest.features.size());
   int added = 0;
   for (int begin = 0; begin < features && added < params.max_new; begin += kBatch) {

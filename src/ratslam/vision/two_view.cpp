@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::size_t kMinMatches = 16;
 constexpr double kConfidence = 0.9999;
-constexpr double kHomographyShare = 0.5;  // of the two scores: above it the scene counts as flat
-constexpr double kClearlyBest = 0.75;  // the second best solution may have at most this share of the points
+constexpr double kHomographyShare = 0.5;  // of the sum of both scores; above it the scene counts as flat
+constexpr double kClearlyBest = 0.75;     // bound on points of the second best solution / points of the best
 
 std::vector<cv::Point2d> toPoints(const std::vector<Eigen::Vector2d>& pixels) {
   std::vector<cv::Point2d> points;
@@ -25,7 +25,7 @@ std::vector<cv::Point2d> toPoints(const std::vector<Eigen::Vector2d>& pixels) {
   return points;
 }
 
-/// Squared distance of b from where the homography takes a.
+/// Squared distance of b from the image of a by the homography.
 double transferError(const Eigen::Matrix3d& homography, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return ((homography * a.homogeneous()).hnormalized() - b).squaredNorm();
 }
@@ -37,8 +37,8 @@ double epipolarError(const Eigen::Matrix3d& fundamental, const Eigen::Vector2d& 
   return distance * distance / line.head<2>().squaredNorm();
 }
 
-/// Sum of what each match's errors in both images leave of the allowance `limit`; chi-square bounds of two
-/// and one degree of freedom make the two models comparable.
+/// Sum over all matches and both images of `limit` - error, where the error is below `bound`. Chi-square bounds of
+/// two and one degrees of freedom make the two models comparable.
 template <class Error>
 double score(std::size_t matches, double bound, double limit, const Error& error) {
   double sum = 0.0;
@@ -50,7 +50,7 @@ double score(std::size_t matches, double bound, double limit, const Error& error
   return sum;
 }
 
-/// Possible motions (rotation, unit translation up to the choice made by the points).
+/// The possible motions (rotation, unit translation). The points decide between them.
 std::vector<RigidTransform> decomposeEssential(const Eigen::Matrix3d& essential) {
   cv::Mat matrix;
   cv::Mat rotation_a;
@@ -132,7 +132,7 @@ std::optional<TwoViewMotion> estimateTwoViewMotion(const CameraModel& camera,
   const Eigen::Matrix3d camera_matrix = camera.matrix();
   cv::Mat k;
   cv::eigen2cv(camera_matrix, k);
-  // Both estimators draw their samples from generators of their own with a fixed seed.
+  // Both estimators have their own random generators with a fixed seed.
   const cv::Mat h = cv::findHomography(a, b, cv::RANSAC, 2.0 * params.max_error);
   const cv::Mat e = cv::findEssentialMat(a, b, k, cv::RANSAC, kConfidence, params.max_error);
 

@@ -9,12 +9,12 @@ namespace {
 
 constexpr int kStrikesAllowed = 1;
 
-/// The bundle problem of a window, and where its parts come from.
+/// The bundle problem of a window, and the origin of its parts in the map.
 struct Window {
   BundleProblem problem;
   std::vector<KeyframeId> keyframe_of_pose;
   std::vector<std::size_t> landmark_of_point;
-  std::vector<LandmarkObservation*> observation;  // one a bundle observation
+  std::vector<LandmarkObservation*> observation;  // one per bundle observation
 };
 
 Window makeWindow(LocalMap& map, const WindowParams& params, double sigma) {
@@ -28,7 +28,7 @@ Window makeWindow(LocalMap& map, const WindowParams& params, double sigma) {
   const auto seen_by_free = [&](const Landmark& landmark) {
     return landmark.observations.size() >= 2 && landmark.observations.back().keyframe >= first_free;
   };
-  // Fixed ones: the older keyframes that share most with the window; among equals the newer.
+  // Fixed are the older keyframes that share most landmarks with the window; of equals the newer one.
   std::vector<int> shared(static_cast<std::size_t>(count - free), 0);
   for (const Landmark& landmark : map.landmarks()) {
     if (!seen_by_free(landmark)) continue;
@@ -77,7 +77,7 @@ Window makeWindow(LocalMap& map, const WindowParams& params, double sigma) {
   return window;
 }
 
-/// Lengths of the errors over the observations' relative deviations [px]; negative behind a camera.
+/// Length of each error / relative standard deviation of the observation [px]; negative behind a camera.
 std::vector<double> relativeErrors(const CameraModel& camera, const Window& window) {
   std::vector<double> errors;
   errors.reserve(window.observation.size());
