@@ -1,11 +1,11 @@
-/// Lets stamped events pass once the odometry has reached their stamps.
+/// A queue of stamped events. An event passes once the odometry has reached its stamp.
 ///
-/// What passes, in which order and with which motion follows from stamps and values, not from arrival order.
+/// Which events pass, in which order and with which motion depends on stamps and values, not on arrival order.
 ///
-/// Time may go back by more than time_reset in both streams (a looped bag): that is a new beginning. Events of
-/// the new time wait until the odometry has gone back as well, and samples of the new time until the events
-/// have: no motion is ever measured across the jump, and a second source whose stamps lie further back (two
-/// publishers of one topic) is never taken for one.
+/// Time may go back by more than time_reset in both streams (a looped bag): then a new time begins. Events of the
+/// new time wait until the odometry has gone back as well, and samples of the new time wait for the events. So no
+/// motion is measured across the jump. A second source with earlier stamps (two publishers of one topic) is not
+/// mistaken for a jump.
 #pragma once
 
 #include <deque>
@@ -15,11 +15,11 @@
 
 namespace ratslam {
 
-/// What became of an event.
+/// Result of EventGate::addEvent.
 enum class EventVerdict { kAccepted, kLate, kTimeWentBack };
 
-/// Which of the waiting events pass: those that the odometry has reached, or all of them, with the motion known so
-/// far (a live odometry has fallen silent).
+/// Which of the waiting events pass: those that the odometry has reached, or all of them with the motion known so
+/// far (for a live odometry that is silent).
 enum class Passing { kReached, kAll };
 
 /// @tparam Event has a member `stamp`
@@ -29,7 +29,7 @@ class EventGate {
   explicit EventGate(bool use_pose, const OdometryStreamParams& params = {})
       : params_(params), odometry_(use_pose, params) {}
 
-  /// kTimeWentBack: the sample opens a new time, which begins once the events have gone back, too.
+  /// Adds a sample. kTimeWentBack: the sample opens a new time, which begins once the events have gone back, too.
   SampleVerdict addOdometry(const OdometrySample& sample) {
     // The new time may run past the end of the old one before the events have gone back.
     if (!earlier_.empty() && sample.stamp > earlier_.back().stamp &&
@@ -38,7 +38,8 @@ class EventGate {
       return SampleVerdict::kAccepted;
     }
     const SampleVerdict verdict = odometry_.push(sample);
-    if (verdict == SampleVerdict::kAccepted) earlier_.clear();  // of another source: this one goes on
+    if (verdict == SampleVerdict::kAccepted)
+      earlier_.clear();  // the old time continues, so these were another source's
     if (verdict != SampleVerdict::kTimeWentBack) return verdict;
     if (held_until_) {
       startAnew({sample});
@@ -60,7 +61,7 @@ class EventGate {
     return last_event_ && stamp < *last_event_ && secondsBetween(stamp, *last_event_) >= params_.time_reset;
   }
 
-  /// kLate: the event is left out. kTimeWentBack: it opens a new time.
+  /// Adds an event. kLate: it is left out. kTimeWentBack: it opens a new time.
   EventVerdict addEvent(const Event& event) {
     const bool back = last_event_ && event.stamp < *last_event_;
     if (back && !opensNewTime(event.stamp)) return EventVerdict::kLate;
@@ -70,9 +71,9 @@ class EventGate {
     return back ? EventVerdict::kTimeWentBack : EventVerdict::kAccepted;
   }
 
-  /// Hands out events, oldest first. While an event is taken, motionUntil gives its motion.
-  /// @param take  takes an event and returns true, or leaves it by false, which ends the call; an event at which it
-  /// throws is gone all the same
+  /// Hands out events, oldest first. During the call of `take`, motionUntil gives the motion up to the event.
+  /// @param take  takes an event and returns true; false leaves the event in the queue and ends the call. If it
+  /// throws, the event is removed.
   template <class Take>
   void pass(Passing which, Take&& take) {
     while (!events_.empty() && (which == Passing::kAll || nextIsReached())) {
@@ -89,14 +90,13 @@ class EventGate {
   /// The next event, whether or not the odometry has reached it.
   const Event* waiting() const { return events_.empty() ? nullptr : &events_.front(); }
   std::size_t size() const { return events_.size() + later_.size(); }
-  /// Whether the events have gone back in time and the odometry has not, so far.
+  /// Whether the events have gone back in time and the odometry has not yet.
   bool waitsForOdometryToGoBack() const { return held_until_.has_value(); }
   std::optional<Stamp> lastEvent() const { return last_event_; }
-  /// A stamp that the events which have passed do not exceed, but all others do.
+  /// A stamp that separates the events: those that have passed are not later, all others are later.
   Stamp latestPassed() const { return events_.empty() ? last_event_.value_or(0) : events_.front().stamp - 1; }
 
-  /// Motion since the last call up to `stamp`, as far as it is known; none while the events wait for the
-  /// odometry to go back in time with them.
+  /// Motion from the last call to `stamp`, as far as it is known. Empty while waitsForOdometryToGoBack().
   std::vector<TimedStep> motionUntil(Stamp stamp) {
     if (held_until_ && stamp <= *held_until_) return {};
     held_until_.reset();
@@ -104,7 +104,7 @@ class EventGate {
   }
   const OdometryTimeline& odometry() const { return odometry_; }
   std::optional<Stamp> clockStart() const { return odometry_.clockStart(); }
-  /// What it knows, for common/state.h.
+  /// For common/state.h.
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("odometry", odometry_);
@@ -117,7 +117,7 @@ class EventGate {
     fields("beginnings", beginnings_);
   }
 
-  /// How many times the odometry's time has begun anew.
+  /// Number of times that the odometry's time has begun anew.
   std::uint64_t beginnings() const { return beginnings_; }
 
  private:
@@ -125,8 +125,8 @@ class EventGate {
 
   bool nextIsReached() const {
     const Stamp next = events_.front().stamp;
-    // Once the events run past where the odometry was, it is clear that it will not go back: what waits has no motion of
-    // its own.
+    // If the events pass the last stamp of the odometry, it will not go back any more. The waiting events then pass
+    // without motion.
     if (held_until_ && next <= *held_until_) return events_.back().stamp > *held_until_;
     return odometry_.reached(next);
   }
@@ -136,12 +136,12 @@ class EventGate {
     takeLater();
   }
 
-  /// Takes events in, up to one that goes back in time while those before it have yet to pass.
+  /// Moves events to the queue, up to one that goes back in time while earlier ones have not passed yet.
   void takeLater() {
     while (!later_.empty()) {
       const Event next = later_.front();
       const bool back = newest_taken_ && next.stamp < *newest_taken_;
-      // Once the odometry's old time is over as well, what it has not reached will never be.
+      // If the odometry's old time is over as well, it will never reach the remaining events.
       const bool will_pass = !events_.empty() && (earlier_.empty() || nextIsReached());
       if (back && will_pass) return;
       later_.pop_front();
@@ -162,7 +162,7 @@ class EventGate {
     if (earlier_.size() > kMostEarlier) earlier_.pop_front();
   }
 
-  /// @param samples  may be those that are kept for the new time
+  /// @param samples  may be earlier_
   void startAnew(const std::deque<OdometrySample>& samples) {
     odometry_.reset();
     for (const OdometrySample& sample : samples) odometry_.push(sample);
@@ -174,12 +174,12 @@ class EventGate {
   OdometryStreamParams params_;
   OdometryTimeline odometry_;
   std::deque<Event> events_;
-  std::deque<Event> later_;  ///< of a new time, while events of the old one wait for the odometry
+  std::deque<Event> later_;  ///< events of a new time, while events of the old time wait for the odometry
   std::optional<Stamp> newest_taken_;
   std::optional<Stamp> last_event_;
-  /// The odometry's last stamp when the events went back in time before it.
+  /// The odometry's last stamp, if the events went back in time first.
   std::optional<Stamp> held_until_;
-  /// Samples of a time further back, until the events go back, too.
+  /// Samples of an earlier time, until the events go back, too.
   std::deque<OdometrySample> earlier_;
   std::uint64_t beginnings_ = 0;
 };

@@ -1,4 +1,4 @@
-/// Whether an image shows anything: darkness, glare and a covered lens are even but for the sensor's noise.
+/// Blank images: in darkness, glare or with a covered lens an image is uniform but for the sensor's noise.
 #pragma once
 
 #include <opencv2/core.hpp>

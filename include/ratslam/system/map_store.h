@@ -1,14 +1,13 @@
-/// The map file: everything a run has learned, in one SQLite database that outlives it.
+/// The map file: a checkpoint of everything that a run has learned, in one SQLite database.
 ///
-/// A file holds the States of one or several parts of the system (common/state.h), the parameters they were
-/// made with, and at which stamp they were taken: a checkpoint. Templates, the views' ties to the pose cells,
-/// experiences and links lie in tables of their own, a row each; all else in compressed chunks
-/// (docs/map_file.md has every table and column).
+/// A checkpoint consists of the States of one or several parts of the system (common/state.h), their parameters,
+/// and a stamp. Templates, the views' ties to the pose cells, experiences and links have their own tables with a
+/// row each. Everything else is stored in compressed chunks (docs/map_file.md has every table and column).
 ///
-/// Saving is one transaction: whatever interrupts it - a crash, a full disk, the power - the file holds the
-/// checkpoint before. Only chunks and rows that changed are written. SQLite's rollback journal is used, not a
-/// write-ahead log: at rest the map is one file, which can be copied and read where nothing can be written. A
-/// digest over the whole content tells damage that SQLite itself does not notice.
+/// Saving is one transaction. If a crash, a full disk or a power failure interrupts it, the file holds the previous
+/// checkpoint. Only chunks and rows that changed are written. SQLite uses its rollback journal and no write-ahead
+/// log: so at rest the map is one file, which can be copied, and read from a read-only folder. A digest over the
+/// whole content detects damage that SQLite itself does not notice.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +26,7 @@ namespace ratslam {
 /// Version of the file's tables. Older ones are migrated when they are opened for writing.
 constexpr int kMapFileVersion = 1;
 
-/// A stretch of mapping without an interruption.
+/// A part of the mapping without an interruption.
 struct MapSession {
   std::string version;    ///< of the program
   Stamp first_stamp = 0;  ///< of the messages
@@ -38,33 +37,32 @@ struct MapSession {
   }
 };
 
-/// What a map file holds.
+/// Content of a map file.
 struct MapCheckpoint {
-  Stamp stamp = 0;  ///< up to which messages have been taken in
+  Stamp stamp = 0;  ///< messages up to this stamp have been processed
   std::map<std::string, std::string> parameters;
   std::vector<MapSession> sessions;
   State state;  ///< a child for each part: local_view, pose_cells, experience_map, odometry, ...
 };
 
-/// Parameters by key, as text that tells every value apart from every other.
+/// Parameters by key. Different values have different texts.
 template <class Params>
 std::map<std::string, std::string> parameterTexts(Params params);
 
-/// Refuses a checkpoint that was made with other parameters, naming the first that differs.
-/// @throws std::runtime_error naming file, key and both values
+/// Refuses a checkpoint that was made with other parameters.
+/// @throws std::runtime_error naming the file, the first key that differs, and both values
 void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
                        const std::map<std::string, std::string>& parameters);
 
-/// Reads a map file; it is not changed, nor is the folder it lies in.
-/// @throws std::runtime_error "FILE: what is wrong with it": missing, no map file, of a newer version,
-/// damaged
+/// Reads a map file. Changes neither the file nor its folder.
+/// @throws std::runtime_error "FILE: what is wrong with it": missing, no map file, of a newer version, damaged
 MapCheckpoint loadMapFile(const std::string& path);
 
-/// Held by the one program that writes to a map; the system lets go of it however that program ends.
+/// Lock of the one program that writes to a map. The operating system releases it when that program ends in any way.
 class MapLock {
  public:
-  /// @param map a file; FILE.lock beside it is what is locked. It is gone when the lock is.
-  /// @throws std::runtime_error where another program holds it, or the folder cannot be written
+  /// @param map a file. The lock is on FILE.lock beside it, which is removed with the lock.
+  /// @throws std::runtime_error if another program holds the lock, or the folder cannot be written
   explicit MapLock(const std::string& map);
   ~MapLock();
   MapLock(const MapLock&) = delete;
@@ -75,18 +73,17 @@ class MapLock {
   int file_ = -1;
 };
 
-/// Writes a map file. Whoever may not be the only one holds its MapLock.
+/// Writes a map file. If another program may write to it, hold its MapLock.
 class MapWriter {
  public:
-  /// Makes the file where it is missing.
-  /// @throws std::runtime_error where the folder or file cannot be written, or it is no map file
+  /// Creates the file if it is missing.
+  /// @throws std::runtime_error if the folder or file cannot be written, or it is no map file
   explicit MapWriter(const std::string& path);
   ~MapWriter();
   MapWriter(const MapWriter&) = delete;
   MapWriter& operator=(const MapWriter&) = delete;
 
-  /// Replaces what the file holds. @throws std::runtime_error naming file and cause; it then holds what it
-  /// held
+  /// Replaces the content of the file. @throws std::runtime_error naming file and cause; the file is then unchanged
   void save(const MapCheckpoint& checkpoint);
 
   const std::string& path() const;

@@ -1,5 +1,5 @@
-/// Whether odometry and images are of one time: clocks that differ by a second or by hours leave no map, and
-/// whoever made the recording should hear by how much.
+/// Checks that odometry and images cover the same time. If their clocks differ, there is no map; the complaint then
+/// tells the user by how much they differ.
 #pragma once
 
 #include <optional>
@@ -15,12 +15,12 @@ class OdometrySpan {
   void addView(Stamp stamp) { views_.push_back(stamp); }
   void addOdometry(Stamp stamp);
 
-  /// How many views lie before the first sample of odometry or after the last.
+  /// Number of views before the first sample of odometry or after the last.
   std::size_t viewsOutside() const;
-  /// "812 of 900 images lie outside the odometry's time: it is 3600.2 s behind"; none where all lie inside
+  /// "812 of 900 images lie outside the odometry's time: it is 3600.2 s behind"; none if all lie inside
   std::optional<std::string> complaint() const;
 
-  /// What it knows, for common/state.h.
+  /// For common/state.h.
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("views", views_);

@@ -1,7 +1,7 @@
-/// Thresholds and gains that change in the middle of a drive, as dynamic_reconfigure has it.
+/// Changes of thresholds and gains during a drive, as by dynamic_reconfigure.
 ///
-/// A change holds for every event whose stamp is later than the change's: with its stamp it is part of the input, and
-/// whoever knows the changes can repeat the run. Nothing that sizes depend on may change, nor what describes a view.
+/// A change has a stamp and holds for every later event. It is part of the input: a run can be repeated from its
+/// recorded changes. Parameters that determine sizes or the description of views cannot change.
 #pragma once
 
 #include <algorithm>
@@ -27,22 +27,22 @@ struct ParameterChange {
   std::string value;
 };
 
-/// What may change while a part runs.
+/// Keys that may change while a part runs.
 std::set<std::string> changeableKeys(const LocalViewParams&);
 std::set<std::string> changeableKeys(const PoseCellParams&);
 std::set<std::string> changeableKeys(const ExperienceMapParams&);
 /// Whether the key is one of them.
 bool isChangeable(const std::string& key);
 
-/// A model of a stage, and the parameters that it gets as its events reach their stamps.
+/// Changes of the parameters of a stage's model that wait for their stamps.
 template <class Params>
 class TimedChanges {
  public:
-  /// The newest call wins where several have come due.
+  /// Of several changes that are due, the last one added holds.
   void add(Stamp after, const Params& params) { waiting_.emplace_back(after, params); }
 
-  /// To be called before `part` sees an event of this stamp. The part becomes one of the new parameters that knows all
-  /// that it knew.
+  /// To be called before `part` processes an event of this stamp. Replaces the part by one with the new parameters
+  /// and the same state.
   template <class Part>
   void applyBefore(Stamp event, Part& part) {
     const auto due = std::stable_partition(waiting_.begin(), waiting_.end(),
@@ -61,11 +61,11 @@ class TimedChanges {
   std::vector<std::pair<Stamp, Params>> waiting_;
 };
 
-/// Lines of `after_ns,name,value` below a line that names the columns, as ratslam_em writes them.
-/// @throws std::runtime_error naming file, line and what is wrong
+/// Reads changes from a CSV file with the columns after_ns,name,value, as ratslam_em writes it.
+/// @throws std::runtime_error naming file, line and reason
 std::vector<ParameterChange> readParameterChanges(const std::string& path);
 
-/// Tells a pipeline of changes; to be called before the first event. @param parameters  of its beginning
+/// Adds changes to a pipeline. To be called before the first event. @param parameters  at the beginning
 /// @throws std::invalid_argument naming a key that may not change, or a bad value
 void addChanges(const std::vector<ParameterChange>& changes, ParameterMap parameters, Pipeline& pipeline);
 

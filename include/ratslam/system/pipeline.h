@@ -4,8 +4,8 @@
 ///       |                                       v                  v
 ///       +----> local view cells -> view -> pose cells -> action -> experience map
 ///
-/// The nodes run one model each over topics; this runs them in one process. Both use the same stages and give
-/// the same map to the last bit.
+/// Each node runs one model and exchanges topics. The pipeline runs all models in one process. Both use the same
+/// stages and give the same map to the last bit.
 #pragma once
 
 #include <memory>
@@ -32,15 +32,15 @@ struct PipelineParams {
   LocalViewParams local_view;
   PoseCellParams pose_cells;
   ExperienceMapParams experience_map;
-  OdometryParams odometry;  ///< of all there are
+  OdometryParams odometry;  ///< of all odometries
   CameraParams camera;
   RecallGeometryParams recall_geometry;
   ImageStageParams images;
   OdometryStreamParams odometry_stream;
 
-  /// @throws std::invalid_argument for a bad value, naming key, value, what would be right and the origin
+  /// @throws std::invalid_argument for a bad value, naming key, value, requirement and origin
   static PipelineParams fromMap(const ParameterMap& map);
-  /// Keys of all models and of the nodes around them: what a shared configuration file may contain.
+  /// Keys that a shared configuration file may contain: those of all models and of the nodes.
   static std::set<std::string> knownKeys();
   /// Calls visit(key, value, bounds, meaning) for every parameter of every model.
   template <class Visitor>
@@ -56,7 +56,7 @@ struct PipelineParams {
   }
 };
 
-/// Seconds of computing time that each model has taken so far. Not a result: it never influences one.
+/// Computing time of each model so far [s]. It never influences a result.
 struct ModuleTimes {
   double odometry = 0.0;
   double local_view = 0.0;
@@ -66,59 +66,59 @@ struct ModuleTimes {
 
 class Pipeline {
  public:
-  /// What one image, or one sample of odometry, has set in motion.
+  /// Results of one image or one sample of odometry.
   struct Progress {
-    std::vector<OdometrySample> odometry;     ///< made from the image, or accepted from outside
-    std::vector<ViewEvent> views;             ///< view events that have become possible
+    std::vector<OdometrySample> odometry;     ///< computed from the image, or accepted from outside
+    std::vector<ViewEvent> views;             ///< view events of this image or of earlier ones, oldest first
     std::vector<std::string> refusals;        ///< why odometry or local view cannot use the image
-    std::vector<PoseCellDecision> decisions;  ///< that have become possible, oldest first
-    std::vector<Stamp> mapped;                ///< stamps up to which the map has got, oldest first
+    std::vector<PoseCellDecision> decisions;  ///< oldest first
+    std::vector<Stamp> mapped;  ///< stamps of the decisions that the map has processed, oldest first
   };
 
-  /// @param odometry  makes odometry of images; none where it comes from outside through `addOdometry`
-  /// @param camera    needed where image geometry verifies recalls (vt_verify)
+  /// @param odometry  computes odometry from images; null if odometry comes through `addOdometry`
+  /// @param camera    needed if image geometry verifies recalls (vt_verify)
   /// @throws std::invalid_argument for bad parameters, or vt_verify without a camera
   Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource> odometry,
            const std::optional<CameraModel>& camera = std::nullopt);
 
-  /// An image that does not suit one of the models is refused by that one alone, as by its node.
+  /// Processes an image. If one of the models cannot use it, only that model leaves it out, as its node would.
   Progress addImage(const ImageFrame& frame);
-  /// A sample that is not finite, repeats a stamp or comes late is left out and counted.
+  /// Processes a sample of odometry. One that is impossible, repeats a stamp or is late is left out and counted.
   Progress addOdometry(const OdometrySample& sample);
 
-  /// Brings the map to the optimum of all that is known. The newest online pose stays what it was.
+  /// Solves the map to its optimum. The newest pose of the online trajectory does not change.
   void settle() { map_.map().settle(); }
 
   const LocalViewCells& localView() const { return local_view_.cells(); }
-  /// The source of odometry; none where it comes from outside.
+  /// The source of odometry; null if odometry comes from outside.
   const OdometrySource* odometry() const { return odometry_.get(); }
   const PoseCellStage& poseCells() const { return pose_cells_; }
   const ExperienceMap& map() const { return map_.map(); }
   const ModuleTimes& times() const { return times_; }
   std::size_t droppedOdometry() const { return dropped_odometry_; }
-  /// Views whose stamp lay a little before the view before.
+  /// Number of views with a stamp a little before that of the view before.
   std::size_t lateViews() const { return late_views_; }
-  /// Samples whose covariance cannot be used, and what is wrong with the first of them.
+  /// Number of samples with an unusable covariance, and what is wrong with the first of them.
   std::size_t absurdCovariances() const { return absurd_covariances_; }
   const std::string& firstAbsurdity() const { return first_absurdity_; }
-  /// Stretches of odometry that nobody measured.
+  /// Number of unmeasured stretches of odometry.
   std::size_t unmeasuredStretches() const { return pose_cells_.odometry().unmeasured(); }
 
-  /// What comes next is another drive, or another part of this one: a new stretch begins in the same map.
+  /// To be called before another drive: its path begins unconnected in the same map.
   void interrupt();
 
-  /// Whether anything is learned; else the robot only finds its place in what is known.
+  /// Whether to learn and localise, or to localise only.
   void setLearning(bool learning);
 
-  /// Other thresholds and gains for what is later than `after` (parameter_changes.h).
+  /// Sets other thresholds and gains for events later than `after` (parameter_changes.h).
   void change(Stamp after, const LocalViewParams& params) { local_view_.change(after, params); }
   void change(Stamp after, const PoseCellParams& params) { pose_cells_.change(after, params); }
   void change(Stamp after, const ExperienceMapParams& params) { map_.change(after, params); }
 
-  /// Everything that the results of later calls depend on.
+  /// Saves everything that the results of later calls depend on.
   void save(State& state) const;
-  /// @param go_on  the recording goes on where the saved one ended; else interrupt() is called, and the
-  /// odometry starts anew
+  /// @param go_on  whether the recording continues at the saved point. If not, interrupt() is called and the
+  /// odometry starts anew.
   /// @throws std::runtime_error naming what is missing or does not fit the parameters
   void load(const State& state, bool go_on);
 

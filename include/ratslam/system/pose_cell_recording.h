@@ -1,7 +1,7 @@
-/// The pose cells' activity at every so many views, as an .npz file that numpy.load opens: `stamps`, int64 (snapshots,)
-/// in nanoseconds, and `activity`, float32 (snapshots, headings, rows, columns).
+/// Snapshots of the pose cells' activity at regular numbers of views, as an .npz file for numpy.load: `stamps`,
+/// int64 (snapshots,) in nanoseconds, and `activity`, float32 (snapshots, headings, rows, columns).
 ///
-/// Activity is mostly zeros and is compressed as it comes, so that a long drive takes little memory.
+/// Activity is mostly zeros. It is compressed immediately, so that a long drive needs little memory.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace ratslam {
 
-/// Raw deflate of bytes as they come, with what a zip file has to know of them.
+/// Raw deflate stream, with the checksum and size that a zip file needs.
 class Deflater {
  public:
   Deflater();
@@ -23,7 +23,7 @@ class Deflater {
   Deflater& operator=(const Deflater&) = delete;
 
   void add(const void* data, std::size_t size);
-  /// Ends the stream. @return its compressed bytes
+  /// Ends the stream. @return the compressed bytes
   const std::vector<std::uint8_t>& finish();
   std::uint32_t crc() const { return crc_; }
   std::uint64_t size() const { return size_; }
@@ -41,14 +41,14 @@ class Deflater {
 
 class PoseCellRecording {
  public:
-  /// @param every  views from one snapshot to the next, at least 1
+  /// @param every  number of views from one snapshot to the next, at least 1
   explicit PoseCellRecording(std::size_t every) : every_(every) {}
 
-  /// The activity after a view event; the first is always kept.
+  /// Offers the activity after a view event. The first one is always kept.
   void add(Stamp stamp, const ActivityGrid& activity);
   std::size_t size() const { return stamps_.size(); }
 
-  /// @throws std::runtime_error where the file would pass 4 GB
+  /// @throws std::runtime_error if the file would exceed 4 GB
   void write(std::ostream& file);
 
  private:

@@ -1,4 +1,4 @@
-/// The pose cells' activity at chosen moments of a run, kept for pictures drawn later.
+/// Snapshots of the pose cells' activity at chosen moments of a run, for figures.
 #pragma once
 
 #include <optional>
@@ -9,15 +9,15 @@
 
 namespace ratslam {
 
-/// When snapshots are taken: after the first decision at or past each of the times, or, where there are no
-/// times, after the decisions of the given numbers.
+/// Moments of the snapshots: after the first decision at or past each of the times, or, without times, after the
+/// decisions with the given numbers.
 struct SnapshotMoments {
-  std::vector<double> times;         ///< since the first decision [s], rising
-  std::vector<std::size_t> numbers;  ///< counted from 0, rising
+  std::vector<double> times;         ///< since the first decision [s], ascending
+  std::vector<std::size_t> numbers;  ///< counted from 0, ascending
 
-  /// `count` moments spread evenly over `decisions` of them, the last at the end.
+  /// `count` moments at equal distances over `decisions` decisions, the last one at the end.
   static SnapshotMoments evenly(std::size_t count, std::size_t decisions);
-  /// "10,20.5": times in seconds. @throws std::invalid_argument where they are no rising numbers from 0 on
+  /// "10,20.5": times [s]. @throws std::invalid_argument if they are not ascending numbers from 0 on
   static SnapshotMoments fromTimes(const std::string& text);
 };
 
@@ -25,20 +25,20 @@ class PoseCellSnapshots {
  public:
   explicit PoseCellSnapshots(const SnapshotMoments& moments) : moments_(moments) {}
 
-  /// To be told of every progress, while the pose cells are as it left them. Of several decisions in one
-  /// progress only the last has left its activity.
+  /// To be called with every progress, directly after it. If a progress has several decisions, `cells` holds the
+  /// activity after the last one only.
   void follow(const Pipeline::Progress& progress, const PoseCells& cells);
 
   std::size_t size() const { return snapshots_.size(); }
-  /// What is to be said where the drive ended before a time that was asked for.
+  /// A warning if the drive ended before one of the times.
   std::optional<std::string> complaint() const;
 
-  /// The moments are the caller's; what was kept at those that have passed is saved.
+  /// Saves the snapshots, but not the moments, which the caller gives again.
   void save(State& state) const;
   void load(const State& state, const PoseCells& cells);
 
-  /// CSV: stamp,layer,row,column,activity: a line a cell that holds at least a millionth of the activity, in
-  /// the order of stamps, layers, rows and columns. @throws std::runtime_error naming the file
+  /// Writes CSV with the columns stamp,layer,row,column,activity: one line for each cell with at least a millionth of
+  /// the activity, in the order of stamps, layers, rows and columns. @throws std::runtime_error naming the file
   void write(const std::string& path) const;
   void write(std::ostream& file) const;
 
@@ -52,10 +52,10 @@ class PoseCellSnapshots {
 
   SnapshotMoments moments_;
   std::vector<Snapshot> snapshots_;
-  std::size_t next_ = 0;  ///< of the moments
+  std::size_t next_ = 0;  ///< index of the next moment
   std::size_t decisions_ = 0;
   Stamp start_ = 0;
-  Stamp last_ = 0;  ///< of the decisions
+  Stamp last_ = 0;  ///< stamp of the last decision
 };
 
 }  // namespace ratslam

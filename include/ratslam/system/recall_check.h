@@ -1,4 +1,4 @@
-/// Recalls of the local view put to image geometry: joins local_view/ and recall_geometry/.
+/// Verification of recalls by image geometry: connects LocalViewCells with RecallGeometryEstimator.
 #pragma once
 
 #include "ratslam/camera/camera_model.h"
@@ -12,7 +12,7 @@ class RecallCheck : public RecallVerifier {
   /// @throws std::invalid_argument for bad parameters or a bad camera
   RecallCheck(const RecallGeometryParams& params, const CameraModel& camera);
 
-  /// The view event of an image; what geometry says of it is kept with the cells.
+  /// The view event of an image. The measured geometry is kept in the cells.
   /// @throws std::invalid_argument as LocalViewCells::observe does
   ViewEvent observe(LocalViewCells& cells, Stamp stamp, const View& view, const cv::Mat& image,
                     const ViewMotion& motion);

@@ -1,21 +1,19 @@
-/// The files that a run leaves, the same whether the nodes or the offline runner made it.
+/// The output files of a run. Nodes and offline runner leave the same files.
 ///
-///     trajectory_online.tum  poses as they were known at the time
-///     pose_covariance.csv    the same poses at the moments of decisions, with their covariance: stamp,x,y,z,yaw,
-///                            then its upper triangle row by row (experience_map.h: robotCovariance)
-///     trajectory_final.tum   the path as the finished map sees it
-///     trajectory_odometry.tum  the odometry alone, where it knows its pose
-///     odometry.csv           the odometry as odometry_file.h reads it: a run that takes it from there
-///                            is the same
-///     map.yaml               experiences and links
-///     templates.csv          stamp,template_id,error,relative_rad          a line a view event; id -1: the image
-///                            showed nothing
-///     actions.csv            stamp,action,src_id,dest_id,x,y,th            a line a decision, pose cells in
-///     cells summary.json           counts, version, parameters, ms per frame of each module
-///     pose_cells.csv         activity of the pose cells at a few moments (pose_cell_snapshots.h)
+///     trajectory_online.tum    poses as they were estimated at the time
+///     pose_covariance.csv      the same poses at the decisions, with covariance: stamp,x,y,z,yaw, then the upper
+///                              triangle row by row (experience_map.h: robotCovariance)
+///     trajectory_final.tum     the path in the finished map
+///     trajectory_odometry.tum  the odometry alone, if it has poses
+///     odometry.csv             the odometry in the form of odometry_file.h; a run from this file is the same
+///     map.yaml                 experiences and links
+///     templates.csv            stamp,template_id,error,relative_rad: one line per view event; id -1: no view
+///     actions.csv              stamp,action,src_id,dest_id,x,y,th: one line per decision; x, y, th [cells]
+///     summary.json             counts, version, parameters, ms per frame of each module
+///     pose_cells.csv           activity of the pose cells at a few moments (pose_cell_snapshots.h)
 ///
-/// All of them are written beside their places and put there together at the end: a run that was killed, or
-/// ran out of disk, leaves what an earlier run left; one that ends leaves nothing of an earlier run.
+/// All files are written under temporary names and renamed together at the end. A run that was killed, or ran out of
+/// disk, leaves the files of an earlier run. A run that ends leaves no file of an earlier run.
 #pragma once
 
 #include <map>
@@ -30,7 +28,7 @@
 
 namespace ratslam {
 
-/// Poses of the map as poses in space, with the attitude that the odometry knows.
+/// Converts poses of the map to poses in space, with the attitude from the odometry.
 std::vector<StampedPose3> toPoses3(const std::vector<StampedPose>& trajectory);
 
 class RunLog {
@@ -38,22 +36,22 @@ class RunLog {
   /// Makes the folder. @throws std::runtime_error naming what finish() could not write
   explicit RunLog(const std::string& folder);
 
-  /// Whether a run leaves, or takes away, a file of this name in its folder.
+  /// Whether a run writes, or removes, a file of this name in its folder.
   static bool writes(const std::string& name);
 
-  /// @param map  as it is after `progress`
+  /// @param map  state of the map after `progress`
   void append(const Pipeline::Progress& progress, const ExperienceMap& map);
 
-  /// All that the files depend on, so that a run which is continued leaves what one run would have left.
+  /// Saves everything that the files depend on: so a continued run leaves the files of one whole run.
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing
   void load(const State& state);
 
   /// Writes trajectories, map and summary.
-  /// @param counts  whatever the runner counted (frames, corrupt images, ...), by name
-  /// @param decoding_seconds  spent on decoding images
-  /// @param snapshots  of the pose cells, where some were taken
-  /// @param cells  activity of the pose cells all along, where it was asked for
+  /// @param counts  counters of the runner (frames, corrupt images, ...), by name
+  /// @param decoding_seconds  time spent on decoding images
+  /// @param snapshots  of the pose cells, or null
+  /// @param cells  recording of the pose cells, or null
   /// @throws std::runtime_error naming the file that cannot be written
   void finish(const Pipeline& pipeline, PipelineParams params, const std::map<std::string, double>& counts,
               double decoding_seconds = 0.0, const PoseCellSnapshots* snapshots = nullptr,

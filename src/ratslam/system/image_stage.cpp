@@ -11,7 +11,7 @@
 namespace ratslam {
 namespace {
 
-/// A recording may begin at zero; but after a zero that means "no stamp" time jumps to the year it is.
+/// A recording may begin at stamp zero. But if zero means "no stamp", the next stamp jumps to the present year.
 constexpr double kLongestFirstStep = 10.0;  // [s]
 
 struct EventNames {
@@ -42,7 +42,7 @@ std::string secondsText(double seconds) {
   return text;
 }
 
-/// Bits that the largest value needs, as sensors have them: 8, 10, 12, 14 or 16; 0 for a black image.
+/// Bits of the sensor that the largest value needs: 8, 10, 12, 14 or 16; 0 for a black image.
 int bitsOf(const cv::Mat& image) {
   double largest = 0.0;
   cv::minMaxLoc(image, nullptr, &largest);
@@ -116,7 +116,7 @@ void ImageStage::save(State& state) const {
   state.set("others_in_a_row", number(others_in_a_row_));
   state.set("begins_anew", begins_anew_);
   state.set("bits", bits_);
-  setPhoto(state, "last", last_.clone());  // its memory may be the camera's
+  setPhoto(state, "last", last_.clone());  // its memory may belong to the camera's driver
 }
 
 void ImageStage::load(const State& state) {
@@ -163,7 +163,7 @@ bool ImageStage::stampIsUsable(const DecodedImage& image) {
                                 " before that of the image before");
     return false;
   }
-  // Only an image that is used moves the clock: sizeIsUsable may still leave this one out.
+  // Only a used image sets the clock, and sizeIsUsable may still leave this one out.
   if (!sizeIsUsable(image)) return false;
   tell(ImageEvent::kBeginsAnew,
        image.name + ": time went back by " + secondsText(back) + ": a new beginning");

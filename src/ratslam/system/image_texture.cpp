@@ -9,9 +9,9 @@ namespace {
 
 constexpr int kColumns = 16;
 constexpr int kRows = 8;
-constexpr double kLeastRange = 0.01;  // of the block means, of black to white
+constexpr double kLeastRange = 0.01;  // range of the block means / range from black to white
 
-/// A look at a few blocks is enough where they differ by far more.
+/// With this range among a few blocks the image has texture, and the others are not needed.
 constexpr double kPlainlyTextured = 0.1;
 
 double rangeOf(const BlockSums& blocks) {

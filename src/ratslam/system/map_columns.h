@@ -1,4 +1,4 @@
-/// What writing and reading the tables of a map file have in common.
+/// Helpers for both writing and reading the tables of a map file.
 #pragma once
 
 #include <cstring>
@@ -8,7 +8,7 @@
 
 namespace ratslam {
 
-/// A name as SQL takes it whatever it contains.
+/// A name quoted for SQL.
 inline std::string quoted(const std::string& name) {
   std::string text = "\"";
   for (const char c : name) text += c == '"' ? std::string("\"\"") : std::string(1, c);

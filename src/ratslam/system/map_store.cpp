@@ -35,7 +35,7 @@ std::uint64_t checkpointDigest(const MapCheckpoint& checkpoint) {
   return digest;
 }
 
-/// Whether a path still leads to an opened file.
+/// Whether a path still names an opened file.
 bool isFile(int file, const std::string& path) {
   struct stat opened {};
   struct stat there {};
@@ -43,7 +43,7 @@ bool isFile(int file, const std::string& path) {
          opened.st_dev == there.st_dev;
 }
 
-/// Version of the tables of an opened file. @throws std::runtime_error where it is no map file, or newer
+/// Version of the tables of an opened file. @throws std::runtime_error if it is no map file, or newer
 int versionOf(SqliteDatabase& database) {
   if (database.number("PRAGMA application_id") != kApplicationId) database.fail("it is not a map file");
   const std::int64_t version = database.number("PRAGMA user_version");
@@ -54,9 +54,9 @@ int versionOf(SqliteDatabase& database) {
   return static_cast<int>(version);
 }
 
-/// Brings the tables of an older file up to date, a step a version.
+/// Migrates the tables of an older file, version by version.
 void migrate(SqliteDatabase& database) {
-  // What a step does to the tables of version N stands at [N - 1]; version 1 is the first there is.
+  // steps[N - 1] migrates the tables from version N to N + 1.
   static const std::vector<const char*> steps{};
   for (auto version = static_cast<std::size_t>(versionOf(database)); version <= steps.size(); ++version) {
     database.run("BEGIN IMMEDIATE");
@@ -101,7 +101,7 @@ void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
 }
 
 MapLock::MapLock(const std::string& map) : path_(map + ".lock") {
-  // Whoever held it may have removed the file after it was opened here: a lock on it would keep nobody out.
+  // The previous holder may have removed the file after it was opened here. A lock on a removed file locks out nobody.
   do {
     if (file_ >= 0) ::close(file_);
     file_ = ::open(path_.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
@@ -114,7 +114,7 @@ MapLock::MapLock(const std::string& map) : path_(map + ".lock") {
 }
 
 MapLock::~MapLock() {
-  ::unlink(path_.c_str());  // while it is held, so that nobody else's is removed
+  ::unlink(path_.c_str());  // before the lock is released, so that it is not another program's file
   ::close(file_);
 }
 
@@ -126,7 +126,7 @@ MapCheckpoint loadMapFile(const std::string& path) {
     const std::string what = error.what();
     if (what.compare(0, path.size(), path) == 0) throw;
     database.fail("it is damaged: " + what);
-  } catch (const std::exception& error) {  // a damaged number may ask for anything
+  } catch (const std::exception& error) {  // a damaged number can cause any error
     database.fail(std::string("it is damaged: ") + error.what());
   }
 }

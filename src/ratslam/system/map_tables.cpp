@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kChunkBytes = 64 * 1024;
 
-/// States whose rows are rows of SQL tables of their own, for everybody to read.
+/// States whose rows have their own SQL tables, for other programs to read.
 constexpr std::array<std::pair<const char*, const char*>, 5> kTables{{
     {"local_view/templates", "template"},
     {"pose_cells/cells/view_input/view_links", "view_link"},
@@ -28,7 +28,7 @@ std::string shapeText(const StateShape& shape) {
   return text;
 }
 
-/// Numbers that an entry of a column consists of; entries of one number are SQL numbers, all others blobs.
+/// Number of numbers in an entry of a column. An entry of one number is an SQL number, any other a blob.
 std::size_t entryCount(const StateArray& array) {
   std::size_t count = 1;
   for (std::size_t i = 1; i < array.shape.size(); ++i) count *= static_cast<std::size_t>(array.shape[i]);
@@ -84,7 +84,7 @@ std::string mapTableOf(const std::string& state_path) {
 std::uint64_t digestOf(const std::uint8_t* bytes, std::size_t size, std::uint64_t start) {
   std::uint64_t digest = start ^ 0x9E3779B97F4A7C15ULL;
   const auto mix = [&digest](std::uint64_t word) {
-    digest = (digest ^ word) * 0xFF51AFD7ED558CCDULL;  // odd: every step can be undone, so no bit gets lost
+    digest = (digest ^ word) * 0xFF51AFD7ED558CCDULL;  // odd, so every step is invertible and loses no bit
     digest ^= digest >> 29U;
   };
   std::size_t i = 0;
@@ -95,7 +95,7 @@ std::uint64_t digestOf(const std::uint8_t* bytes, std::size_t size, std::uint64_
 }
 
 void createMapTables(SqliteDatabase& database) {
-  // Columns without a type keep numbers as they are: a REAL column would turn -0.0 into 0.
+  // Columns without a type keep numbers unchanged. A REAL column would turn -0.0 into 0.
   database.run(R"(
     CREATE TABLE IF NOT EXISTS checkpoint(
       id INTEGER PRIMARY KEY CHECK (id = 0), stamp INTEGER NOT NULL, digest INTEGER NOT NULL);
@@ -118,13 +118,13 @@ void StateTableWriter::forget() {
 }
 
 void StateTableWriter::write(const State& state) {
-  if (written_.empty()) {  // what the file holds is not known
+  if (written_.empty()) {  // the content of the file is unknown
     database_.run("DELETE FROM state; DELETE FROM array; DELETE FROM chunk");
     for (const auto& [path, table] : kTables) database_.run("DROP TABLE IF EXISTS " + quoted(table));
     columns_.clear();
   }
   seen_.clear();
-  database_.run("DELETE FROM state; DELETE FROM array");  // few and small
+  database_.run("DELETE FROM state; DELETE FROM array");  // these rows are few and small
   writeState(state, "");
   removeOthers();
 }

@@ -1,4 +1,4 @@
-/// How States lie in the tables of a map file. docs/map_file.md documents the schema.
+/// Writing and reading of States in the tables of a map file. docs/map_file.md documents the schema.
 #pragma once
 
 #include <string>
@@ -10,20 +10,20 @@
 
 namespace ratslam {
 
-/// Makes the tables that every map file has.
+/// Creates the tables that every map file has.
 void createMapTables(SqliteDatabase& database);
 
-/// SQL table of a State with rows that has one of its own; empty for all others.
+/// Name of the SQL table for the rows of a State; empty if it has none.
 std::string mapTableOf(const std::string& state_path);
 
-/// Writes States; what an earlier call of the same writer has written already is left as it is.
+/// Writes States. Does not write again what an earlier call of the same writer has written.
 class StateTableWriter {
  public:
   explicit StateTableWriter(SqliteDatabase& database) : database_(database) {}
 
-  /// Makes the database hold this State and nothing else. Within a transaction.
+  /// Replaces the content of the database by this State. To be called within a transaction.
   void write(const State& state);
-  /// Forgets what it has written: after a transaction that was taken back.
+  /// Forgets what has been written. To be called after a transaction was rolled back.
   void forget();
 
  private:
@@ -43,10 +43,10 @@ class StateTableWriter {
   std::unordered_map<std::string, bool> seen_;            ///< in the present call
 };
 
-/// @throws std::runtime_error naming the file where something is missing or does not fit
+/// @throws std::runtime_error naming the file if something is missing or does not fit
 State readStates(SqliteDatabase& database);
 
-/// A number for bytes that changes with every bit of them.
+/// Digest of bytes: changes with every bit of them.
 std::uint64_t digestOf(const std::uint8_t* bytes, std::size_t size, std::uint64_t start = 0);
 
 }  // namespace ratslam

@@ -32,7 +32,7 @@ void appendNumber(const SqliteStatement& statement, int column, StateType type,
     std::memcpy(bytes.data() + position, &value, sizeof value);
   };
   const std::int64_t integer = statement.integer(column);
-  // SQLite keeps no NaN: it stores NULL.
+  // SQLite stores NaN as NULL.
   const double real = statement.isNull(column) ? std::nan("") : statement.real(column);
   switch (type) {
     case StateType::kInt8:

@@ -7,7 +7,7 @@
 namespace ratslam {
 namespace {
 
-constexpr double kOneClock = 1.0;  // [s] by which streams of one clock may begin and end apart
+constexpr double kOneClock = 1.0;  // largest distance of the begins and ends of streams with one clock [s]
 
 std::string secondsText(double seconds) {
   char text[32];

@@ -11,7 +11,7 @@ namespace {
 
 const char kColumns[] = "after_ns,name,value";
 
-/// Tells the pipeline where the key is one of Params. @return whether it is
+/// Adds the change to the pipeline if its key is one of Params. @return whether it is
 template <class Params>
 bool changePart(const ParameterChange& change, const ParameterMap& parameters, Pipeline& pipeline) {
   Params params;

@@ -33,7 +33,7 @@ struct PartCheckpoints::Impl {
     if (!settings.read_only) open();
   }
 
-  /// From here on this is the one program that writes.
+  /// Locks the folder: from here on this is the only program that writes.
   void open() {
     std::error_code error;
     std::filesystem::create_directories(settings.folder, error);
@@ -55,7 +55,7 @@ struct PartCheckpoints::Impl {
     thread.join();
   }
 
-  /// Writes what is waiting, in a thread of its own.
+  /// Loop of the writing thread.
   void work() {
     std::unique_lock<std::mutex> guard(mutex);
     while (true) {
@@ -85,7 +85,7 @@ struct PartCheckpoints::Impl {
     }
   }
 
-  /// A damaged file is no loss where the other one is sound: it makes room.
+  /// Opens a file for writing. A damaged file is renamed first; the other file still holds a checkpoint.
   static std::unique_ptr<MapWriter> openWriter(const std::string& path) {
     try {
       if (std::filesystem::exists(path)) loadMapFile(path);
@@ -98,7 +98,7 @@ struct PartCheckpoints::Impl {
   void hand(MapCheckpoint&& checkpoint) {
     {
       const std::lock_guard<std::mutex> guard(mutex);
-      waiting = std::make_unique<MapCheckpoint>(std::move(checkpoint));  // one that waits still makes room
+      waiting = std::make_unique<MapCheckpoint>(std::move(checkpoint));  // replaces one that still waits
     }
     changed.notify_all();
   }
@@ -207,7 +207,7 @@ State PartCheckpoints::loadFrom(const std::string& path) const {
   if (!checkpoint.state.hasChild(settings_.part)) {
     throw std::runtime_error(path + ": it holds nothing of " + settings_.part);
   }
-  // Those of other parts are their concern.
+  // Only the parameters of this part are compared.
   for (auto it = checkpoint.parameters.begin(); it != checkpoint.parameters.end();) {
     it = settings_.parameters.count(it->first) > 0 ? std::next(it) : checkpoint.parameters.erase(it);
   }

@@ -9,7 +9,7 @@
 namespace ratslam {
 namespace {
 
-/// Adds the time from its construction to its end.
+/// Adds the time from its construction to its destruction to a sum.
 class Stopwatch {
  public:
   explicit Stopwatch(double& total) : total_(total), begin_(Clock::now()) {}
@@ -137,7 +137,7 @@ void Pipeline::load(const State& state, bool go_on) {
   map_.load(state.child("experience_map"));
   if (odometry_ && go_on) odometry_->load(state.child("odometry"));
   if (!go_on) interrupt();
-  if (!state.hasChild("pipeline")) return;  // a map of the nodes, which count for themselves
+  if (!state.hasChild("pipeline")) return;  // a map of the nodes, which keep their own counts
   const State& counts = state.child("pipeline");
   dropped_odometry_ = counts.get<std::uint64_t>("dropped_odometry");
   late_views_ = counts.get<std::uint64_t>("late_views");

@@ -12,7 +12,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::size_t kHeaderSize = 128;  // of an array, so that it can be written last
+constexpr std::size_t kHeaderSize = 128;  // fixed size of an array's header, so that it can be written last
 constexpr std::uint16_t kVersion = 20;
 constexpr std::uint16_t kDeflate = 8;
 constexpr std::uint16_t kFirstOfJanuary1980 = 33;
@@ -21,7 +21,7 @@ void put(Bytes& bytes, std::uint64_t value, int size) {
   for (int i = 0; i < size; ++i) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
 
-/// What precedes the numbers of an array in numpy's format, version 1.0.
+/// Header of an array in numpy's format, version 1.0.
 Bytes arrayHeader(const std::string& type, const std::string& shape) {
   std::string text = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
   constexpr std::size_t kBeforeText = 10;
@@ -33,7 +33,7 @@ Bytes arrayHeader(const std::string& type, const std::string& shape) {
   return bytes;
 }
 
-/// A deflate block that holds bytes as they are and is not the last one.
+/// A deflate block of uncompressed bytes that is not the last one.
 Bytes storedBlock(const Bytes& content) {
   Bytes bytes = {0};
   put(bytes, content.size(), 2);
@@ -42,7 +42,7 @@ Bytes storedBlock(const Bytes& content) {
   return bytes;
 }
 
-/// Files in a zip archive: each an array, its header before its compressed numbers.
+/// Zip archive of arrays. Each file consists of a header and the compressed numbers.
 class Archive {
  public:
   void add(const std::string& name, const Bytes& header, Deflater& numbers) {

@@ -17,7 +17,7 @@
 namespace ratslam {
 namespace {
 
-/// All that a run may leave.
+/// All files that a run may leave.
 constexpr const char* kTemplates = "templates.csv";
 constexpr const char* kActions = "actions.csv";
 constexpr const char* kOdometry = "odometry.csv";
@@ -40,7 +40,7 @@ std::string madeFolder(const std::string& folder) {
   return folder;
 }
 
-/// Files that appear together.
+/// Files that are put in place together.
 class FileSet {
  public:
   explicit FileSet(std::string folder) : folder_(std::move(folder)) {}
@@ -50,7 +50,7 @@ class FileSet {
     names_.insert(name);
     return files_.back()->stream();
   }
-  /// A file for each stretch of time: the stamps of one file rise.
+  /// Adds a file for each stretch of time, so that the stamps of each file are ascending.
   template <class Stamped, class Write>
   void addStretches(const std::string& name, const std::vector<Stamped>& values, Write write) {
     const auto stretches = stretchesOf(values);
@@ -60,11 +60,11 @@ class FileSet {
     adopted_.push_back(&file);
     names_.insert(name);
   }
-  /// Puts all in their places, once all are known to be whole, and takes away what else there may be.
+  /// Puts all files in place once all of them are complete, and removes those of earlier runs.
   void commit() {
     for (AtomicFile* file : all()) file->close();
     for (const char* name : kAll) {
-      std::error_code ignored;  // what cannot be removed is replaced by nothing
+      std::error_code ignored;  // a file that cannot be removed stays
       if (names_.count(name) == 0) std::filesystem::remove(folder_ + "/" + name, ignored);
       for (std::size_t number = 1;; ++number) {
         const std::string stretch = stretchName(name, number);
@@ -95,7 +95,7 @@ std::vector<StampedPose3> posesOf(const std::vector<OdometrySample>& samples) {
   return poses;
 }
 
-/// Writes one JSON value a call, in the struct's order.
+/// Writes one JSON value per call, in the order of the struct.
 class JsonFields {
  public:
   explicit JsonFields(std::ostream& out) : out_(out) {}
@@ -114,7 +114,7 @@ class JsonFields {
   void write(const std::string& value) {
     out_ << '"';
     for (const char c : value) {
-      if (static_cast<unsigned char>(c) < 0x20) {  // JSON has no other way to write a control character
+      if (static_cast<unsigned char>(c) < 0x20) {  // JSON requires this form for control characters
         char code[8];
         std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
         out_ << code;

@@ -12,7 +12,7 @@ SqliteDatabase::SqliteDatabase(const std::string& path, Access access) : path_(p
   const fs::file_status there = fs::status(path, error);
   if (!write && !fs::exists(there)) fail("there is no such map file");
   if (fs::is_directory(there)) fail("it is a folder, no map file");
-  if (fs::exists(there) && !fs::is_regular_file(there)) {  // a pipe would be waited for
+  if (fs::exists(there) && !fs::is_regular_file(there)) {  // opening a pipe would block
     fail("it is no regular file (a pipe or a device)");
   }
   sqlite3* opened = nullptr;
@@ -85,7 +85,7 @@ void SqliteStatement::bind(int place, const std::string& value) {
                           SQLITE_TRANSIENT));
 }
 void SqliteStatement::bindBlob(int place, const std::uint8_t* bytes, std::size_t size) {
-  static const std::uint8_t nothing = 0;  // a null pointer would bind NULL, not an empty blob
+  static const std::uint8_t nothing = 0;  // a null pointer would bind NULL instead of an empty blob
   check(sqlite3_bind_blob64(statement_.get(), place, bytes == nullptr ? &nothing : bytes, size,
                             SQLITE_TRANSIENT));
 }

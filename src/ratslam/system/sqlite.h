@@ -1,4 +1,4 @@
-/// SQLite's handles as C++ objects; every failure is an exception that names the file.
+/// C++ wrappers of SQLite's handles. Every failure is an exception that names the file.
 #pragma once
 
 #include <sqlite3.h>
@@ -17,12 +17,12 @@ class SqliteDatabase {
 
   SqliteDatabase(const std::string& path, Access access);
 
-  /// Runs statements that give no rows.
+  /// Runs statements that return no rows.
   void run(const std::string& sql);
   std::int64_t number(const std::string& sql);
   /// Refuses the file: "FILE: WHAT".
   [[noreturn]] void fail(const std::string& what) const;
-  /// Refuses it with the last thing that SQLite reported.
+  /// Refuses the file with SQLite's last error message.
   [[noreturn]] void failWithReport(const std::string& doing) const;
   sqlite3* handle() const { return handle_.get(); }
   const std::string& path() const { return path_; }
@@ -47,7 +47,7 @@ class SqliteStatement {
 
   /// @return whether there is a row
   bool step();
-  /// Steps a statement that gives no row, and makes it ready for the next values.
+  /// Runs a statement that returns no row, and resets it for the next values.
   void runOnce();
   void reset() { sqlite3_reset(statement_.get()); }
 
