@@ -1,4 +1,4 @@
-/// The release this library was built from, as reports and summaries name it.
+/// Release of this library, for reports and summaries.
 #pragma once
 
 #include <string>

@@ -1,7 +1,7 @@
-/// A camera's intrinsics in a file: hand-written (image_width, image_height, fx, fy, cx, cy and the plumb bob
-/// distortion k1, k2, p1, p2, k3, as config/calibration/phone_example.yaml), or as ROS's camera_calibration and
-/// OpenCV leave it (camera_matrix, distortion_model, distortion_coefficients). scripts/recorder_to_bag reads the
-/// same.
+/// Reads a camera's intrinsics from a file. There are two forms: hand-written with image_width, image_height, fx, fy,
+/// cx, cy and the plumb bob distortion k1, k2, p1, p2, k3 (like config/calibration/phone_example.yaml), or written by
+/// ROS's camera_calibration or OpenCV (camera_matrix, distortion_model, distortion_coefficients).
+/// scripts/recorder_to_bag reads the same forms.
 #pragma once
 
 #include <string>

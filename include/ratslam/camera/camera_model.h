@@ -1,8 +1,8 @@
 /// Camera geometry: a pinhole behind a lens, with the lens models that sensor_msgs/CameraInfo names.
 ///
 /// Points are undistorted, images are not. Three kinds of coordinates:
-///   raw pixel    where a point lies in the image as it came, pixel centres at whole numbers;
-///   pixel        where an ideal pinhole of the same fx, fy, cx, cy would have put it ("undistorted");
+///   raw pixel    position in the original image, with pixel centres at whole numbers;
+///   pixel        position in the image of an ideal pinhole with the same fx, fy, cx, cy ("undistorted");
 ///   bearing      (X/Z, Y/Z) in the camera frame: x right, y down, z forward.
 /// Lens models: plumb_bob (Brown-Conrady k1 k2 p1 p2 k3), rational_polynomial (k1 k2 p1 p2 k3 k4 k5 k6) and
 /// equidistant (Kannala-Brandt k1..k4), with OpenCV's order and meaning of coefficients.
@@ -17,14 +17,14 @@ namespace ratslam {
 
 enum class LensModel { kNone, kPlumbBob, kRationalPolynomial, kEquidistant };
 
-/// The model that a name of sensor_msgs/CameraInfo stands for; an empty name is kNone.
+/// The lens model of a name in sensor_msgs/CameraInfo; an empty name is kNone.
 /// @throws std::invalid_argument for any other name.
 LensModel lensModelFromName(const std::string& name);
 
-/// What is added to the coefficients k1, k2, p1, p2 of a lens.
+/// Change of the coefficients k1, k2, p1, p2 of a lens.
 using LensChange = Eigen::Vector4d;
 
-/// Where the lens puts an undistorted pixel, and the derivative by it.
+/// The raw pixel of an undistorted pixel, and its derivative by the undistorted pixel.
 struct DistortedPixel {
   Eigen::Vector2d raw;
   Eigen::Matrix2d jacobian;
@@ -43,21 +43,21 @@ struct CameraModel {
   /// @throws std::invalid_argument naming what is wrong.
   void validate() const;
 
-  /// What makes it likely that the calibration belongs to images of another size or cut, or to another camera: a
-  /// principal point far from the middle, coefficients that leave nothing of the picture. None where nothing does.
+  /// A reason to doubt that the calibration belongs to these images: a principal point far from the middle, or
+  /// coefficients that bend the image too much. None if there is no reason.
   std::optional<std::string> doubt() const;
 
-  /// Raw pixels to undistorted pixels. Points the lens model cannot have produced come back as near as
-  /// Newton's method gets; they are finite always.
+  /// Converts raw pixels to undistorted pixels. For points that the lens model cannot produce the result is the last
+  /// step of Newton's method. It is always finite.
   std::vector<Eigen::Vector2d> undistort(const std::vector<Eigen::Vector2d>& raw) const;
   Eigen::Vector2d undistort(const Eigen::Vector2d& raw) const;
-  /// The same, sooner where something near the result is known.
+  /// The same, faster. @param guess near the result
   Eigen::Vector2d undistort(const Eigen::Vector2d& raw, const Eigen::Vector2d& guess) const;
   /// The inverse of undistort.
   Eigen::Vector2d distort(const Eigen::Vector2d& pixel) const;
   DistortedPixel distortWithJacobian(const Eigen::Vector2d& pixel) const;
-  /// The same camera with something added to k1, k2 and, where the lens model has them, p1, p2; one without a
-  /// lens model gets plumb_bob.
+  /// The same camera with a change of k1, k2 and, if the lens model has them, p1, p2. A camera without a lens model
+  /// gets plumb_bob.
   CameraModel withLensChange(const LensChange& change) const;
 
   /// Pinhole projection of a point in the camera frame (z > 0) to an undistorted pixel.
@@ -75,8 +75,8 @@ struct CameraModel {
   }
 };
 
-/// The camera of a calibration file or message, validated. A lens all of whose coefficients are zero is none;
-/// zeros behind those that its model has are dropped.
+/// Makes and validates the camera of a calibration file or message. A lens with only zero coefficients becomes kNone.
+/// Zeros beyond the coefficients of the lens model are dropped.
 /// @throws std::invalid_argument naming what is wrong
 CameraModel makeCamera(CameraModel pinhole, const std::string& lens_name, std::vector<double> coefficients);
 

@@ -1,4 +1,4 @@
-/// A camera's calibration among the parameters: for recordings and drivers that bring none of their own.
+/// Parameters with a camera's calibration, for recordings and drivers that bring none.
 #pragma once
 
 #include <optional>
@@ -41,7 +41,7 @@ struct CameraParams {
     if (fx > 0.0) model();
   }
 
-  /// The calibration, where one is given.
+  /// The calibration; none if none is given.
   std::optional<CameraModel> model() const {
     if (fx <= 0.0) return std::nullopt;
     return makeCamera({width, height, fx, fy, cx, cy, LensModel::kNone, {}}, distortion_model, distortion);

@@ -1,4 +1,4 @@
-/// Whether a camera has given the same image again: what a camera that hangs does, and a living one never.
+/// Detection of a frozen camera: only a camera that hangs gives exactly the same image again.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -1,9 +1,8 @@
-/// From bytes to pixels, whatever a driver, bag or folder made of them.
+/// Decoding of images from drivers, bags and folders.
 ///
-/// Pixels come out as the models take them: CV_8UC1, CV_8UC3 (BGR) or CV_16UC1, in memory of their own. Alpha
-/// is dropped, a Bayer mosaic becomes colours, of YUV the luminance stays. A tag that asks for the picture to
-/// be turned (EXIF) is not obeyed, in files no more than in messages. Everything is measured before memory is
-/// taken for it, in 64 bits, and of OpenCV's decoders only those for JPEG and PNG are ever called.
+/// The result is CV_8UC1, CV_8UC3 (BGR) or CV_16UC1, in its own memory. Alpha is dropped, a Bayer mosaic is converted
+/// to colours, of YUV the luminance is kept. Orientation tags (EXIF) are ignored in files and in messages. Sizes are
+/// checked in 64 bits before memory is allocated. Of OpenCV's decoders only those for JPEG and PNG are called.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +13,17 @@
 
 namespace ratslam {
 
-/// Bytes that hold no usable image; says why.
+/// Thrown for bytes that hold no usable image; the message says why.
 class BadImage : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
 struct ImageLimits {
-  std::int64_t max_pixels = 50000000;  ///< an image of more is refused before it is decoded
+  std::int64_t max_pixels = 50000000;  ///< a larger image is refused before it is decoded
 };
 
-/// Pixels as a message carries them, row after row.
+/// Pixels in the form of a message, row by row.
 struct RawImage {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
@@ -36,16 +35,16 @@ struct RawImage {
 };
 
 /// Takes mono8, mono16, 8UC1, 16UC1, 8UC3, 8UC4, bgr8, rgb8, bgra8, rgba8, bgr16, rgb16, bayer_*, yuv422 and
-/// yuv422_yuy2. @throws BadImage for an encoding that is none of these, and for sizes that contradict the data
+/// yuv422_yuy2. @throws BadImage for any other encoding, and for sizes that contradict the data
 cv::Mat decodeRaw(const RawImage& image, const ImageLimits& limits = {});
 
-/// A whole JPEG or PNG, told by its first bytes. @throws BadImage for other, corrupt or truncated data
+/// Decodes a JPEG or PNG, recognised by its first bytes. @throws BadImage for other, corrupt or truncated data
 cv::Mat decodeCompressed(const std::uint8_t* data, std::size_t size, const ImageLimits& limits = {});
 
 /// The same of a file. @throws BadImage also for a file that cannot be read
 cv::Mat decodeImageFile(const std::string& path, const ImageLimits& limits = {});
 
-/// Width and height of a JPEG or PNG as its header tells them. @throws BadImage where it has none
+/// Width and height from the header of a JPEG or PNG. @throws BadImage if it has none
 cv::Size measureCompressed(const std::uint8_t* data, std::size_t size);
 cv::Size measureImageFile(const std::string& path);
 

@@ -7,10 +7,10 @@ namespace ratslam {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// The same direction in (-pi, pi].
+/// Wraps an angle to (-pi, pi].
 inline double wrapAngle(double angle) {
   if (angle > -kPi && angle <= kPi) return angle;
-  // Within one turn more this difference has no rounding, so that the division gives the same.
+  // Within one more turn this difference is exact, so that it equals the result of the division.
   if (std::abs(angle) < 9.0) return angle > 0.0 ? angle - 2.0 * kPi : angle + 2.0 * kPi;
   const double wrapped = std::remainder(angle, 2.0 * kPi);
   return wrapped <= -kPi ? wrapped + 2.0 * kPi : wrapped;

@@ -1,4 +1,4 @@
-/// A parameter struct (params.h) whose type whoever reads, lists or writes it need not know.
+/// A parameter struct (params.h) of any type. Code can read, list and write it without knowing the type.
 #pragma once
 
 #include <memory>
@@ -33,7 +33,7 @@ class AnyParams {
   /// @throws std::invalid_argument as the struct's own validate() does
   void validate() const { held_->validate(); }
 
-  /// The struct. @throws std::bad_cast where it is of another type
+  /// The struct. @throws std::bad_cast if it is of another type
   template <class Params>
   const Params& as() const {
     return dynamic_cast<const Held<Params>&>(*held_).params;
@@ -44,7 +44,7 @@ class AnyParams {
   }
 
  private:
-  /// A visitor for each type that a field may have.
+  /// Visitor with one function for each type that a field may have.
   class AnyVisitor {
    public:
     virtual void field(const std::string& key, bool& value, const Bounds& bounds,

@@ -1,6 +1,6 @@
-/// A file that is there whole or not at all: written beside its place and renamed once it is complete.
+/// A file that is written under a temporary name and renamed once it is complete.
 ///
-/// Whatever ends the program before commit(), and whatever the disk refuses, leaves what was there before.
+/// If the program ends before commit(), or the disk refuses something, the old file remains.
 #pragma once
 
 #include <fstream>
@@ -10,9 +10,8 @@ namespace ratslam {
 
 class AtomicFile {
  public:
-  /// Opens PATH.part. Numbers are written such that reading them gives the same doubles.
-  /// @throws std::runtime_error naming the path where it cannot be written, or is taken by something that is
-  /// no file
+  /// Opens PATH.part. Numbers have enough digits to give the same doubles when read.
+  /// @throws std::runtime_error naming the path if it cannot be written, or exists and is no file
   explicit AtomicFile(std::string path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -21,10 +20,10 @@ class AtomicFile {
   std::ostream& stream() { return file_; }
   const std::string& path() const { return path_; }
 
-  /// Makes sure that all is on the disk. Nothing can be written after it.
-  /// @throws std::runtime_error naming the path where it is not
+  /// Writes everything to the disk. Nothing can be written to the stream afterwards.
+  /// @throws std::runtime_error naming the path if that fails
   void close();
-  /// Closes, and puts the file in its place. @throws std::runtime_error as close does
+  /// Closes and renames the file. @throws std::runtime_error as close does
   void commit();
 
  private:
@@ -37,7 +36,7 @@ class AtomicFile {
   bool committed_ = false;
 };
 
-/// Fails now where an AtomicFile of that path would fail at the end of a long run; leaves nothing behind.
+/// Fails at once if an AtomicFile of that path would fail at the end of a long run. Leaves no file behind.
 /// @throws std::runtime_error naming the path
 void requireWritable(const std::string& path);
 

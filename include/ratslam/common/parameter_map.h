@@ -1,8 +1,8 @@
-/// Parameter values by key, wherever they come from: a YAML file, an OpenRatSLAM ini file, `--set key=value`
-/// or the ROS parameter server (which fills a map of this type).
+/// Parameter values by key from a YAML file, an OpenRatSLAM ini file, `--set key=value` or the ROS parameter server
+/// (which fills a map of this type).
 ///
-/// Values are kept as text together with where they came from; `read` gives them their types and says in one
-/// line what is wrong with a value: key, value, what would be right, and the place it came from.
+/// Values are kept as text with their origin. `read` converts them to their types. For a bad value it reports in
+/// one line the key, the value, the requirement and the origin.
 #pragma once
 
 #include <map>
@@ -25,24 +25,24 @@ class ParameterMap {
  public:
   /// Flat `key: value` YAML. @throws std::runtime_error naming file, line and reason
   static ParameterMap fromYaml(const std::string& path);
-  /// OpenRatSLAM's ini: [general] topic_root, [ratslam], [visual_odometry]; [draw] is left out. It means
-  /// OpenRatSLAM's map: what it does not say comes from its arithmetic, not from our own.
-  /// @param remarks  gets a line for everything that is left out or implied
+  /// Reads OpenRatSLAM's ini: [general] topic_root, [ratslam], [visual_odometry]; [draw] is ignored. Such a file
+  /// implies OpenRatSLAM's map: its solver is the default then.
+  /// @param remarks  receives a line for everything that is ignored or implied
   /// @throws std::runtime_error naming file, line and reason
   static ParameterMap fromIni(const std::string& path, std::vector<std::string>* remarks = nullptr);
-  /// By its first line, whatever its name: a [section] or key=value begins OpenRatSLAM's ini, all else is YAML.
+  /// Reads either form. The first line decides: a [section] or key=value begins an ini file, anything else is YAML.
   static ParameterMap fromFile(const std::string& path, std::vector<std::string>* remarks = nullptr);
 
-  /// OpenRatSLAM's second spelling vt_patch_normalisation is stored under the first.
+  /// Sets a value. OpenRatSLAM's spelling vt_patch_normalisation is stored as vt_patch_normalise.
   void set(const std::string& key, ParameterValue value);
-  /// "key=value". @throws std::invalid_argument where it is not of that form
+  /// Sets a value by "key=value". @throws std::invalid_argument if the text has another form
   void setFromAssignment(const std::string& assignment);
 
   bool has(const std::string& key) const { return values_.count(key) != 0; }
   const std::map<std::string, ParameterValue>& values() const { return values_; }
 
-  /// Fills the fields that are present and leaves the others at their defaults, then validates.
-  /// @throws std::invalid_argument naming key, value, what would be right and the origin
+  /// Sets the fields whose keys are present, leaves the others at their defaults, and validates.
+  /// @throws std::invalid_argument naming key, value, requirement and origin
   template <class Params>
   void read(Params& params) const {
     params.visitFields([this](const std::string& key, auto& field, const Bounds&, const char*) {

@@ -1,8 +1,7 @@
-/// Parameters described once, read from anywhere.
+/// Parameter structs: each parameter is described once.
 ///
-/// A parameter struct lists its fields in one template method, and everything that needs the names - the ROS
-/// parameter server, YAML and ini files, `--set key=value`, range checks, the tables of the README - visits
-/// it:
+/// A parameter struct lists its fields in one template method. The ROS parameter server, YAML and ini files,
+/// `--set key=value`, range checks and the tables of the documents all visit it:
 ///
 ///     struct PoseCellParams {
 ///       int n_xy = 21;
@@ -10,11 +9,10 @@
 ///       void visitFields(Visitor&& visit) {
 ///         visit("pc_dim_xy", n_xy, Bounds{1, 4096}, "cells along x and y");
 ///       }
-///       void validate() const;   // bounds of all fields (checkBounds), then what ties fields to each other
+///       void validate() const;   // bounds of all fields (checkBounds), then relations between fields
 ///     };
 ///
-/// Field types: bool, int, double, std::string, std::vector<double>. Defaults live in the struct and nowhere
-/// else.
+/// Field types: bool, int, double, std::string, std::vector<double>. Only the struct holds the defaults.
 #pragma once
 
 #include <cmath>
@@ -45,7 +43,7 @@ template <class T>
 /// @throws std::invalid_argument naming key, value and bound; NaN is never within bounds.
 template <class Params>
 void checkBounds(const Params& params) {
-  Params copy = params;  // visitFields is written for both reading and writing, hence not const
+  Params copy = params;  // visitFields also serves for writing, so it is not const
   copy.visitFields([](const std::string& key, const auto& value, const Bounds& bounds, const char*) {
     if constexpr (std::is_arithmetic_v<std::decay_t<decltype(value)>>) {
       const double number = static_cast<double>(value);

@@ -13,7 +13,7 @@ struct Pose2 {
   double th = 0.0;  ///< facing [rad]
 };
 
-/// a (+) b: the pose `b`, given in the frame of `a`, seen from the frame of which `a` is a pose.
+/// Composition: converts `b` from the frame of `a` to the frame in which `a` is given.
 inline Pose2 compose(const Pose2& a, const Pose2& b) {
   const double c = std::cos(a.th);
   const double s = std::sin(a.th);

@@ -1,4 +1,4 @@
-/// Progress of a long run for whoever watches the terminal: share done, rate, time left.
+/// Progress of a long run on the terminal: share done, rate, remaining time.
 #pragma once
 
 #include <chrono>
@@ -10,19 +10,19 @@ namespace ratslam {
 
 class ProgressBar {
  public:
-  /// @param out    where to draw, usually std::cerr
-  /// @param total  number of steps, 0 where it is unknown
-  /// @param unit   what a step is: "frames"
-  /// @param drawn  false keeps it silent (no terminal)
+  /// @param out    output stream, usually std::cerr
+  /// @param total  number of steps; 0: unknown
+  /// @param unit   name of the steps: "frames"
+  /// @param drawn  false: draw nothing (no terminal)
   ProgressBar(std::ostream& out, std::size_t total, std::string unit, bool drawn);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Draws anew at most ten times a second.
+  /// Updates the line, at most ten times a second.
   void update(std::size_t done);
 
-  /// What the line says after `seconds` of work.
+  /// Text of the line after `seconds` of work.
   std::string line(std::size_t done, double seconds) const;
 
  private:

@@ -1,5 +1,4 @@
-/// Time as every module sees it: whole nanoseconds, as ROS stamps have it, so that a stamp survives any
-/// number of conversions unchanged and differences are exact.
+/// Time in whole nanoseconds, like ROS stamps: conversions do not change a stamp, and differences are exact.
 #pragma once
 
 #include <cmath>
@@ -15,7 +14,7 @@ inline double secondsBetween(Stamp from, Stamp to) { return static_cast<double>(
 /// Nearest stamp to a time in seconds.
 inline Stamp stampFromSeconds(double seconds) { return static_cast<Stamp>(std::llround(seconds * 1e9)); }
 
-/// A stamp in seconds; exact to about a microsecond for present-day Unix times.
+/// A stamp [s]; exact to about a microsecond for present-day Unix times.
 inline double toSeconds(Stamp stamp) { return static_cast<double>(stamp) * 1e-9; }
 
 }  // namespace ratslam

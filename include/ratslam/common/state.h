@@ -1,10 +1,10 @@
-/// The state of a part of the system, as it is written out and read back to the last bit.
+/// Serialised state of a part of the system. Reading restores every bit.
 ///
-/// A State is a tree of names. Each name holds an array of numbers (type, shape, bytes) or another State. A
-/// State with rows is a table: all its arrays are columns with one entry a row, and a column whose entries
-/// have different lengths says where each ends. A map file (system/map_store.h) keeps States on disk.
+/// A State is a tree of names. Each name holds an array of numbers (type, shape, bytes) or another State. A State
+/// with rows is a table: its arrays are columns with one entry per row. A column whose entries have different
+/// lengths stores where each one ends. A map file (system/map_store.h) keeps States on disk.
 ///
-/// A stage writes and reads itself with the same list of fields:
+/// An object is written and read by the same list of fields:
 ///
 ///     template <class Fields>
 ///     void stateFields(Fields&& fields) {          // for reading and writing, hence not const
@@ -16,11 +16,11 @@
 ///     void save(State& state) const { state.write(*this); }
 ///     void load(const State& state) { state.read(*this); }
 ///
-/// What does not fit this form uses set() and get(). Reading never guesses: a name that is missing, and a
-/// value of another type or shape, are errors that name it.
+/// Anything else uses set() and get(). A missing name, and a value of another type or shape, are errors that name
+/// it.
 ///
-/// Saving must not keep a stage waiting. Tables, and what setLater() stores, are kept as copies of the objects
-/// until somebody looks at them: whoever hands a State to another thread leaves most of the work to it.
+/// Saving must be fast for the stage. Tables, and values of setLater(), are stored as copies of the objects and are
+/// converted when they are first read. So if a State is handed to another thread, that thread does most of the work.
 #pragma once
 
 #include <cstdint>
@@ -55,7 +55,7 @@ enum class StateType : std::uint8_t {
 
 /// "uint8", "float64", ...
 const char* stateTypeName(StateType type);
-/// Bytes of one number. @throws std::runtime_error for a number that is no StateType
+/// Bytes of one number. @throws std::runtime_error for an invalid type
 std::size_t stateTypeSize(StateType type);
 
 template <class Scalar>
@@ -68,12 +68,12 @@ constexpr StateType stateTypeOf() {
   }
 }
 
-/// An array of numbers, the last index running fastest, in the byte order of the machine (little-endian).
+/// An array of numbers in row-major order, in the byte order of the machine (little-endian).
 struct StateArray {
   StateType type = StateType::kUint8;
   StateShape shape;
   std::vector<std::uint8_t> bytes;
-  /// Of a column whose entries have different lengths: where each ends, counted in numbers. Else empty.
+  /// For a column whose entries have different lengths: the end of each entry, in numbers. Else empty.
   std::vector<std::uint64_t> ends;
 
   bool operator==(const StateArray& other) const {
@@ -87,16 +87,16 @@ class State {
     return rows_ == other.rows_ && arrays_ == other.arrays_ && children() == other.children();
   }
 
-  /// The State of this name within this one, made where it is missing.
+  /// The child of this name. It is created if it is missing.
   State& child(const std::string& name);
-  /// @throws std::runtime_error naming it where it is missing
+  /// @throws std::runtime_error naming the child if it is missing
   const State& child(const std::string& name) const;
   bool hasChild(const std::string& name) const { return children_.count(name) + later_.count(name) > 0; }
-  /// Stores a State that is made when somebody looks at it, in whichever thread; replaces what had the name.
-  /// @param fill  must own all that it needs
+  /// Stores a child that is computed when it is first read, in any thread. Replaces the entry of that name.
+  /// @param fill  must own everything that it uses
   void setLater(const std::string& name, std::function<void(State&)> fill);
 
-  /// Stores a value: what stateFields may list. Replaces what had the name.
+  /// Stores a value of a type that stateFields may list. Replaces the entry of that name.
   template <class T>
   void set(const std::string& name, const T& value);
   /// Reads a value into a variable of the same type.
@@ -110,40 +110,40 @@ class State {
     return value;
   }
 
-  /// Stores, or reads, all fields of an object that lists them in stateFields.
+  /// Stores or reads all fields that an object lists in stateFields.
   template <class Object>
   void write(const Object& object);
   template <class Object>
   void read(Object& object) const;
 
-  /// States of the elements of a list, by number; for elements that are no rows.
+  /// Stores the elements of a list as children named by their numbers, for elements that cannot be rows.
   template <class Object>
   void setEach(const std::string& name, const std::vector<Object>& objects);
   /// Calls load(state, number) for each element of the list. @return how many there are
   template <class Load>
   std::size_t forEach(const std::string& name, Load&& load) const;
 
-  /// Says which version of its layout a part has written. A part that reads an unknown one must refuse it.
+  /// Stores the version of a part's layout. A part must refuse an unknown version.
   void setVersion(std::uint32_t version) { set("version", version); }
-  /// @throws std::runtime_error naming the part where its version is not this one
+  /// @throws std::runtime_error naming the part if it has another version
   void requireVersion(std::uint32_t version) const;
 
-  // What follows is for those who keep States somewhere.
+  // The following functions are for storing States.
   const std::map<std::string, StateArray>& arrays() const { return arrays_; }
   const std::map<std::string, State>& children() const;
-  /// @throws std::runtime_error where bytes or rows do not fit type and shape
+  /// @throws std::runtime_error if bytes or rows do not fit type and shape
   void setArray(const std::string& name, StateArray array);
-  /// @throws std::runtime_error naming it where it is missing
+  /// @throws std::runtime_error naming the array if it is missing
   const StateArray& array(const std::string& name) const;
-  /// Number of rows where this State is a table.
+  /// Number of rows if this State is a table.
   const std::optional<std::uint64_t>& rows() const { return rows_; }
   void setRows(std::uint64_t rows) { rows_ = rows; }
   /// Names from the root to this State, "experience_map/graph"; for messages.
   const std::string& path() const { return path_; }
 
-  /// The whole tree in one piece.
+  /// The whole tree as bytes.
   std::vector<std::uint8_t> toBytes() const;
-  /// @throws std::runtime_error where these are not such bytes
+  /// @throws std::runtime_error if the bytes are not those of toBytes()
   static State fromBytes(const std::vector<std::uint8_t>& bytes);
 
  private:
@@ -154,9 +154,9 @@ class State {
   static void takeInto(const std::vector<std::uint8_t>& bytes, std::size_t& position, State& state,
                        int depth);
 
-  /// A child in the place of what had the name.
+  /// Replaces the entry of that name by an empty child.
   State& emptyChild(const std::string& name);
-  /// Makes the child that was to be made later, if this is one.
+  /// Computes a child of setLater() if it has not been computed yet.
   void make(const std::string& name) const;
   template <class Element>
   void setRowsOf(const std::string& name, std::vector<Element> elements);
@@ -166,7 +166,7 @@ class State {
   std::string path_;
   std::map<std::string, StateArray> arrays_;
   mutable std::map<std::string, State> children_;
-  mutable std::map<std::string, std::function<void(State&)>> later_;  // children that are not made yet
+  mutable std::map<std::string, std::function<void(State&)>> later_;  // children that are not computed yet
   std::optional<std::uint64_t> rows_;
 };
 

@@ -1,4 +1,4 @@
-/// How values become arrays of a State and back. Included by state.h; nobody else needs it.
+/// Conversion between values and arrays of a State. Only state.h includes it.
 #pragma once
 
 #include "ratslam/common/state.h"
@@ -6,7 +6,7 @@
 namespace ratslam {
 namespace state_detail {
 
-/// Lists no fields; found only to ask whether a type lists its own.
+/// A visitor that does nothing, for testing whether a type has stateFields.
 struct NoFields {
   template <class T>
   void operator()(const char*, T&) const {}
@@ -72,7 +72,7 @@ void takeNumbers(const std::uint8_t* bytes, T& value) {
   Plain::read(numbers, value);
 }
 
-/// What stands in a row for a value that is not there.
+/// The entry of a row for a missing optional value.
 template <class T>
 T zero() {
   T value{};
@@ -83,10 +83,10 @@ T zero() {
   return value;
 }
 
-/// Fields of one object after another become the columns of a table.
+/// Writes the fields of one object after another as rows of a table.
 class RowWriter {
  public:
-  /// The fields that follow are those of the next row.
+  /// The fields that follow belong to the next row.
   void nextRow() { next_ = 0; }
 
   template <class T>
@@ -249,7 +249,8 @@ void State::get(const std::string& name, T& value) const {
     const State& optional = child(name);
     value.reset();
     if (!optional.arrays_.empty() || !optional.children().empty()) {
-      typename T::value_type inside{};  // clang emplaces nothing that is nested in a class with its defaults
+      typename T::value_type
+          inside{};  // clang cannot emplace a nested class with default member initialisers
       optional.get("value", inside);
       value = std::move(inside);
     }

@@ -9,17 +9,17 @@
 
 namespace ratslam {
 
-/// The pixels as they are.
+/// Stores the pixels unpacked.
 void setImage(State& state, const cv::Mat& image);
 
-/// The same for a photograph, which is packed when somebody looks at it.
-/// @param image  8 or 16 bits, 1, 3 or 4 channels, or empty; must not change any more
+/// Stores a photograph, which is packed when the State is read.
+/// @param image  8 or 16 bits, 1, 3 or 4 channels, or empty; must not change afterwards
 void setPhoto(State& state, const std::string& name, const cv::Mat& image);
 
-/// @return an image of its own. @throws std::runtime_error where the pixels do not make one
+/// @return a copy. @throws std::runtime_error if the State holds no image
 cv::Mat getImage(const State& state);
 
-/// A photograph as PNG, which loses nothing. @throws std::runtime_error where PNG cannot hold the pixels
+/// A photograph as PNG, without loss. @throws std::runtime_error if PNG cannot hold the pixels
 std::vector<std::uint8_t> packedPhoto(const cv::Mat& image);
 
 }  // namespace ratslam

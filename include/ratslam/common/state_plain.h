@@ -1,8 +1,6 @@
-/// Values of fixed shape that a State holds as arrays of numbers.
-///
-/// Such are numbers, enumerations, fixed Eigen matrices, poses in space and std::array of them. Each trait
-/// says its number type, the shape of one value, and how a value becomes `kCount` numbers and back, to the
-/// last bit.
+/// Types of fixed shape that a State holds as arrays of numbers: numbers, enumerations, fixed Eigen matrices, poses
+/// in space, and std::array of them. Each trait states the number type, the shape of one value, and the lossless
+/// conversion between a value and `kCount` numbers.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,7 +14,7 @@ namespace ratslam {
 
 using StateShape = std::vector<std::uint64_t>;
 
-/// Not plain unless one of the specialisations below says so.
+/// Types without a specialisation below are not plain.
 template <class T, class Enable = void>
 struct StatePlain {
   static constexpr bool kIs = false;

@@ -1,13 +1,13 @@
-/// Being asked to end: SIGINT, SIGTERM and SIGHUP mean the same, to finish what has been begun and to leave.
+/// Requests to end the program: SIGINT, SIGTERM and SIGHUP all mean to finish the work in progress and exit.
 #pragma once
 
 namespace ratslam {
 
-/// From now on those signals are taken down instead of ending the program. A file that may not grow any more does
-/// not end it either.
+/// From now on those signals are recorded instead of ending the program. Exceeding the limit on file sizes does not
+/// end it either.
 void catchStopSignals();
 
-/// Whether one of them has come.
+/// Whether one of the signals has come.
 bool stopRequested();
 
 }  // namespace ratslam

@@ -1,5 +1,5 @@
-/// Text files as they come from everywhere: a byte order mark, ends of lines of any system and blanks around a
-/// line are no part of its text. Every reader of text begins here.
+/// Reading of text files from any system. Byte order mark, line endings and blanks around a line are removed. All
+/// readers of text use it.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct TextLine {
   std::string text;
 };
 
-/// Content of a regular file, lines parted by '\n'.
+/// Content of a regular file, with '\n' between lines.
 /// @throws std::runtime_error naming the file: missing, a folder or pipe (which would never end), UTF-16, or no
 /// text at all
 std::string readText(const std::string& path);
@@ -20,10 +20,10 @@ std::string readText(const std::string& path);
 /// The lines of readText that are not blank, without blanks at their ends.
 std::vector<TextLine> readLines(const std::string& path);
 
-/// Without blanks at its ends.
+/// The text without blanks at its ends.
 std::string trimmed(const std::string& text);
 
-/// A piece of a file's text as a message may show it: one line, not too long, nothing unprintable.
+/// Part of a file's text for a message: one line, not too long, printable characters only.
 std::string shown(const std::string& text);
 
 }  // namespace ratslam

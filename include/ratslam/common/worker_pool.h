@@ -1,5 +1,5 @@
-/// A few threads that share the work of one loop at a time. Who does which index is left to chance: tasks
-/// write to places of their own, so that results do not depend on the number of threads.
+/// A few threads that share the work of one loop at a time. Which thread gets which index is not determined. So each
+/// task must write only to its own data: then results do not depend on the number of threads.
 #pragma once
 
 #include <condition_variable>
@@ -13,14 +13,14 @@ namespace ratslam {
 
 class WorkerPool {
  public:
-  /// @param threads  the caller's included, at least 1; with 1 no thread is started
+  /// @param threads  at least 1, the calling thread included
   explicit WorkerPool(int threads);
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
   /// Calls task(i) once for each i in [0, count) and returns when all are done. Not to be called from a task.
-  /// @throws what a task threw first; the remaining indices are left out then
+  /// @throws the first exception of a task. Remaining indices are skipped then.
   void run(int count, const std::function<void(int)>& task);
 
  private:
@@ -33,7 +33,7 @@ class WorkerPool {
   const std::function<void(int)>* task_ = nullptr;
   int count_ = 0;
   int next_ = 0;
-  int running_ = 0;  // tasks under way
+  int running_ = 0;  // number of running tasks
   std::exception_ptr error_;
   bool stopping_ = false;
   std::vector<std::thread> threads_;

@@ -1,12 +1,11 @@
-/// YAML of others, looked at before it is loaded: no text may make the library recurse or go on without end.
+/// Check of YAML before it is loaded, because some texts make the library recurse or loop without end.
 #pragma once
 
 #include <string>
 
 namespace ratslam {
 
-/// @throws YAML::Exception with the line where a text holds several documents, is nested deeper than anything of ours,
-/// or is no YAML
+/// @throws YAML::Exception with the line, if the text holds several documents, is nested too deeply, or is no YAML
 void requireOneYamlDocument(const std::string& text);
 
 }  // namespace ratslam

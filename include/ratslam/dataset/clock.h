@@ -1,4 +1,4 @@
-/// A recording's clock that was set back while it ran: by the network's time, or by hand.
+/// Detection of a clock that was set back during a recording, by the network's time or by hand.
 #pragma once
 
 #include <optional>
@@ -11,13 +11,13 @@
 namespace ratslam {
 
 struct ClockJump {
-  Stamp first = 0;  ///< of the first image after it
-  Stamp back = 0;   ///< by how much [ns]
+  Stamp first = 0;  ///< stamp of the first image after the jump
+  Stamp back = 0;   ///< size of the jump [ns]
 };
 
-/// @param images  stamp and name in the order of their file, which is that of their recording
-/// @return none where the clock was not set back: single late lines, repeated lines and files in no order are
-/// none of it. scripts/ratslam_tools/datasets/clock.py judges the same.
+/// @param images  stamp and name in the order of recording
+/// @return none if the clock was not set back. Single late lines, repeated lines and files without order are no jump.
+/// scripts/ratslam_tools/datasets/clock.py uses the same rules.
 std::optional<ClockJump> clockSetBack(const std::vector<std::pair<Stamp, std::string>>& images);
 
 }  // namespace ratslam

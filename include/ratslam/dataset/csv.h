@@ -1,4 +1,4 @@
-/// Numbers in lines of text: what the readers of data sets share.
+/// Numbers in lines of text, for the readers of data sets.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace ratslam {
 /// The words between the commas of a line, without blanks at their ends.
 std::vector<std::string> splitCsv(const std::string& line);
 
-/// @return false where the text is not one finite number, written in the decimal system
+/// @return false if the text is not one finite decimal number
 bool parseNumber(const std::string& text, double& number);
 
 }  // namespace ratslam

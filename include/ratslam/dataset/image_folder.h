@@ -1,4 +1,4 @@
-/// A folder of image files: their order, and which time of a list belongs to which of them.
+/// Image files of a folder: their order, and the times that belong to them.
 #pragma once
 
 #include <cstddef>
@@ -7,23 +7,24 @@
 
 namespace ratslam {
 
-/// Whether `a` comes before `b` where runs of digits count as numbers: image9.png before image10.png.
+/// Natural order of names: digits count as numbers, so that image9.png comes before image10.png.
 bool naturallyBefore(const std::string& a, const std::string& b);
 
-/// Paths of the .png, .jpg and .jpeg files of a folder (endings in capitals as well) in natural order of their
-/// names; those that begin with a dot, as foreign systems leave them, are left out.
-/// @throws std::runtime_error naming the folder where it cannot be read
+/// Paths of the .png, .jpg and .jpeg files of a folder (also with endings in capitals) in natural order of their
+/// names. Names that begin with a dot are left out, because other systems leave such files.
+/// @throws std::runtime_error naming the folder if it cannot be read
 std::vector<std::string> imagesIn(const std::string& folder);
 
-/// The same, of which there must be some.
-/// @throws std::runtime_error naming the folder where it is missing or has none
+/// The same, but at least one image is required.
+/// @throws std::runtime_error naming the folder if it is missing or has none
 std::vector<std::string> listImages(const std::string& folder);
 
 /// Which of `count` times in the file `times_path` belongs to each image.
 ///
-/// As many times as images: one after the other. More times: the numbers in the images' names tell, counted
-/// from 0, from 1 where the last number is that of the last time, or from the first where first and last fit.
-/// @throws std::runtime_error where they do not tell, or there are fewer times than images
+/// If there are as many times as images, they belong together in order. If there are more times, the numbers in the
+/// images' names decide. They count from 0, from 1 if the last number is that of the last time, or from the first
+/// number if first and last fit.
+/// @throws std::runtime_error if the numbers do not fit, or there are fewer times than images
 std::vector<std::size_t> timesOf(const std::vector<std::string>& images, std::size_t count,
                                  const std::string& times_path);
 

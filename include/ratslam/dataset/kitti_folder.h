@@ -1,7 +1,7 @@
 /// A sequence folder of the KITTI odometry benchmark: image_0/000000.png (or .jpg), times.txt, calib.txt.
 ///
-/// An image that is missing gets no other image's time (timesOf). calib.txt is read only when the camera is
-/// asked for: P0, or P_rect_00 as the raw drives name it, wherever it stands; of image_2 it is P2.
+/// Missing images do not shift the times of the others (timesOf). calib.txt is read only when camera() is called. Its
+/// projection is P0, or P_rect_00 in raw drives; for image_2 it is P2.
 #pragma once
 
 #include <optional>
@@ -15,15 +15,15 @@ namespace ratslam {
 
 class KittiFolder : public Recording {
  public:
-  /// @param image_folder  the folder of images within `folder`; "." where they lie in it itself
-  /// @throws std::runtime_error naming the file or folder that is missing, empty or malformed, and times that
-  /// do not rise or do not tell which image is whose
+  /// @param image_folder  the folder of images within `folder`; "." if they are in `folder` itself
+  /// @throws std::runtime_error naming the file or folder that is missing, empty or malformed, or whose times do not
+  /// rise or do not fit the images
   explicit KittiFolder(const std::string& folder, const std::string& image_folder = "image_0",
                        const ImageLimits& limits = {});
 
   std::optional<RecordedItem> next() override;
   std::size_t imageCount() const override { return images_.size(); }
-  /// None without calib.txt. @throws std::runtime_error naming the file where it has no usable projection
+  /// None without calib.txt. @throws std::runtime_error naming the file if it has no usable projection
   std::optional<CameraModel> camera() const override;
   std::vector<std::string> remarks() const override { return remarks_; }
 

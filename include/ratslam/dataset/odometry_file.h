@@ -1,4 +1,4 @@
-/// Odometry from a file, laid into a recording of images.
+/// Odometry files, and recordings of images that take their odometry from such a file.
 #pragma once
 
 #include <memory>
@@ -10,27 +10,26 @@
 
 namespace ratslam {
 
-/// Odometry from a CSV file with the columns frame,stamp,linear_x,angular_z (names in the first line; more
-/// columns and any order of them are fine) and, where the odometry knows its pose, the 3x4 matrix [R|t] of
-/// it: r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z (all or none). What the odometry says of itself stands in
-/// further columns, empty where a sample does not say it:
+/// Reads odometry from a CSV file with the columns frame,stamp,linear_x,angular_z. Their names are in the first line;
+/// their order does not matter, and more columns are allowed. If the odometry has poses, further columns hold the 3x4
+/// matrix [R|t]: r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z (all or none). Optional columns, which may be empty:
 ///
 ///     cov_11 ... cov_66                              covariance of the twist, row by row
 ///     unit_anchor,unit_walk,epoch,bridged            UnitOfLength, epoch, 1 where the motion was predicted
 ///     correction_from,correction_to,correction_way,correction_r11 ... correction_z,
-///     correction_cov_11 ... correction_cov_66        the way as "STAMP r11 ... z;" for each of its poses
+///     correction_cov_11 ... correction_cov_66        correction_way has "STAMP r11 ... z;" for each pose
 ///
 /// @throws std::runtime_error naming file, line and reason
 std::vector<OdometrySample> readOdometryCsv(const std::string& path);
 
-/// Writes what readOdometryCsv reads, such that reading it back gives the same bits; poses where all samples
-/// have one. The stream's own precision is kept.
+/// Writes the form of readOdometryCsv, which restores the same bits. Poses are written if all samples have one. The
+/// stream's precision is not changed.
 void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& samples);
-/// @throws std::runtime_error naming the file where it cannot be written; what was there stays then
+/// @throws std::runtime_error naming the file if it cannot be written; an old file remains then
 void writeOdometryCsv(const std::string& path, const std::vector<OdometrySample>& samples);
 
-/// A recording with odometry of its own laid into it by stamp; what the recording itself has of odometry is
-/// left out. At one stamp the odometry comes first.
+/// A recording with the odometry of a file, merged by stamp. Odometry of the recording itself is left out. At equal
+/// stamps the odometry comes first.
 class RecordingWithOdometry : public Recording {
  public:
   RecordingWithOdometry(std::unique_ptr<Recording> images, std::vector<OdometrySample> odometry)

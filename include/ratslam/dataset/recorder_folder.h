@@ -1,10 +1,9 @@
-/// A folder of the Android dataset recorder with which the paper's NN sequences were made.
+/// A folder of the Android dataset recorder, which recorded the paper's NN sequences.
 ///
-/// `data_image.txt` has lines `ms,images/<ms>.jpeg` (Unix milliseconds at the camera's callback). Older
-/// recordings have no such index and name their images by nanoseconds: then the names tell the time. Lines
-/// may be out of order, cut off (those are left out), and stamps may repeat: images are handed out by stamp,
-/// of equal ones only the first by name that is there. A clock that was set back while it ran is an error.
-/// scripts/recorder_to_bag chooses the same.
+/// `data_image.txt` has lines `ms,images/<ms>.jpeg` (Unix milliseconds at the camera's callback). Older recordings
+/// have no such index; their images are named by nanoseconds. Lines may be out of order. Incomplete lines are left
+/// out. Images are handed out by stamp; of equal stamps only the first existing file by name. A clock that was set
+/// back during the recording is an error. scripts/recorder_to_bag uses the same rules.
 #pragma once
 
 #include <string>
@@ -21,7 +20,7 @@ class RecorderFolder : public Recording {
   /// Whether a folder looks like the recorder's.
   static bool recognises(const std::string& folder);
 
-  /// @param clockwise_deg turns the images: 0, 90, 180 or 270 (phones may store them as the sensor lies)
+  /// @param clockwise_deg rotation of the images: 0, 90, 180 or 270 (phones may store them in the sensor's axes)
   /// @throws std::runtime_error naming file, line and reason; std::invalid_argument for another angle
   explicit RecorderFolder(const std::string& folder, int clockwise_deg = 0, const ImageLimits& limits = {});
 
@@ -38,7 +37,7 @@ class RecorderFolder : public Recording {
 
   std::vector<StampedPath> images_;  ///< by stamp
   std::vector<std::string> remarks_;
-  std::string malformed_;  ///< the first line that is none, for the message where there is no other
+  std::string malformed_;  ///< the first malformed line, for the message if no line is usable
   std::size_t next_ = 0;
   int quarter_turns_ = 0;  ///< clockwise
   ImageLimits limits_;

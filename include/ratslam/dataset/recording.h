@@ -1,8 +1,7 @@
-/// A recorded drive, item by item in the order of its time: images still encoded, and odometry where it has
-/// some.
+/// A recorded drive: encoded images and, if it has any, samples of odometry, in order of time.
 ///
-/// Decoding is left to `DecodeAhead`, which does it on other threads while the system works on earlier frames
-/// and hands the items out in their original order.
+/// `DecodeAhead` decodes the images on other threads while the system processes earlier ones. It hands out the items
+/// in their original order.
 #pragma once
 
 #include <condition_variable>
@@ -24,7 +23,7 @@ namespace ratslam {
 struct RecordedImage {
   Stamp stamp = 0;
   std::string name;                 ///< file or message, for error messages
-  std::function<cv::Mat()> decode;  ///< an empty matrix or an exception where the image is corrupt
+  std::function<cv::Mat()> decode;  ///< gives an empty matrix or throws if the image is corrupt
 };
 
 using RecordedItem = std::variant<RecordedImage, OdometrySample>;
@@ -32,44 +31,43 @@ using RecordedItem = std::variant<RecordedImage, OdometrySample>;
 class Recording {
  public:
   virtual ~Recording() = default;
-  /// The next item, none at the end.
+  /// The next item; none at the end.
   virtual std::optional<RecordedItem> next() = 0;
-  /// How many images it has in all.
+  /// Number of all images.
   virtual std::size_t imageCount() const = 0;
-  /// The calibration that it brings along, where it has one. @throws std::exception naming file or topic where
-  /// that is malformed: to be asked for by those alone who need it
+  /// The recording's calibration; none if it has none. To be called only if the calibration is needed.
+  /// @throws std::exception naming file or topic if the calibration is malformed
   virtual std::optional<CameraModel> camera() const { return std::nullopt; }
-  /// What was found odd in it and passed over, a line each.
+  /// Irregularities that were ignored, a line each.
   virtual std::vector<std::string> remarks() const { return {}; }
 };
 
 struct DecodedImage {
   Stamp stamp = 0;
   std::string name;
-  cv::Mat image;      ///< empty where it is corrupt
+  cv::Mat image;      ///< empty if it is corrupt
   std::string error;  ///< why it is corrupt
 };
 
-/// Never throws: what goes wrong becomes the error.
+/// Decodes an image. Never throws: an exception becomes the error.
 DecodedImage decodeNow(const RecordedImage& encoded);
 
 using DecodedItem = std::variant<DecodedImage, OdometrySample>;
 
-/// Decodes images some way ahead of the caller. The order and content of what comes out do not depend on
-/// timing.
+/// Decodes images ahead of the caller. Order and content of the items do not depend on timing.
 class DecodeAhead {
  public:
-  /// @param recording  must outlive this object and is used by it alone
+  /// @param recording  must outlive this object; nobody else may use it meanwhile
   /// @param threads    decoding threads, at least 1
   DecodeAhead(Recording& recording, int threads);
   ~DecodeAhead();
   DecodeAhead(const DecodeAhead&) = delete;
   DecodeAhead& operator=(const DecodeAhead&) = delete;
 
-  /// The next item, none at the end. @throws what the recording threw while reading
+  /// The next item; none at the end. @throws the exception of the recording, if it could not read
   std::optional<DecodedItem> next();
 
-  /// Time that all threads together have spent decoding so far [s]. Not a result: it never influences one.
+  /// Decoding time of all threads so far [s]. It never influences a result.
   double decodingSeconds() const;
 
  private:

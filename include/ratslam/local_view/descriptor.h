@@ -1,5 +1,5 @@
-/// What an image looks like, as numbers of a fixed count: one half of the seam between the local view cells
-/// and the ways of seeing. The other half, matcher.h, searches what the descriptor makes.
+/// Interface of view descriptors: a descriptor turns an image into a fixed number of values. A matcher (matcher.h)
+/// compares them. Together they are the exchangeable part of the local view cells.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -9,18 +9,18 @@ namespace ratslam {
 
 class State;
 
-/// A view as it looks from one direction, or from a little beside the camera.
+/// A view from one direction, or from a position a little beside the camera.
 struct ViewVariant {
-  std::vector<double> values;  ///< as many for every image
-  double relative_rad = 0.0;   ///< how far the camera would be turned for the view to look like this [rad]
-  double prior = 1.0;          ///< how likely it is, before anything is known; those of a view sum to 1
+  std::vector<double> values;  ///< the same number for every image
+  double relative_rad = 0.0;   ///< turn of the camera that would make the view look like this variant [rad]
+  double prior = 1.0;          ///< prior probability; those of a view sum to 1
 };
 
 struct View {
-  /// The first is the image as it is, and is what is learned. The others are compared with learned views,
-  /// too: the same image moved sideways, for another lane or heading.
+  /// The first one is the unchanged image, which is learned. The others are the same image moved sideways, for
+  /// another lane or heading. All of them are compared with learned views.
   std::vector<ViewVariant> variants;
-  /// False where there is nothing to see: such a view is neither learned nor recalled.
+  /// False if the image shows nothing: such a view is neither learned nor recalled.
   bool textured = true;
 };
 
@@ -31,11 +31,11 @@ class ViewDescriptor {
   ViewDescriptor& operator=(const ViewDescriptor&) = delete;
   virtual ~ViewDescriptor();
 
-  /// A descriptor may adapt to what it sees: it is to be shown each image of a stream once, in order.
-  /// @throws std::invalid_argument for an image that it cannot describe; it is then as before.
+  /// Describes an image. A descriptor may adapt to the images: so call this once for each image, in order.
+  /// @throws std::invalid_argument for an image that it cannot describe. The descriptor is then unchanged.
   virtual View describe(const cv::Mat& image) = 0;
 
-  /// What it has adapted to; nothing, by default.
+  /// Saves the adaptation; by default nothing.
   virtual void save(State& state) const;
   virtual void load(const State& state);
 };

@@ -1,4 +1,4 @@
-/// The ways of seeing, by name: what `vt_descriptor` chooses from.
+/// Registry of the view descriptors by name, for `vt_descriptor`.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace ratslam {
 
-/// A descriptor and the matcher that searches what it makes.
+/// A descriptor and the matcher for its values.
 struct ViewPair {
   std::unique_ptr<ViewDescriptor> descriptor;
   std::unique_ptr<ViewMatcher> matcher;
@@ -28,8 +28,8 @@ class DescriptorRegistry {
 
   void add(const std::string& name, Maker maker) { makers_[name] = std::move(maker); }
 
-  /// The pair that vt_descriptor names. @throws std::invalid_argument naming those there are, and as the
-  /// pair's maker does.
+  /// Makes the pair that vt_descriptor names. @throws std::invalid_argument listing the known names, and as the pair's
+  /// maker does.
   ViewPair make(const LocalViewParams& params) const;
 
  private:

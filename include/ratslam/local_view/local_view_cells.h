@@ -1,17 +1,16 @@
 /// Local view cells: each stands for a learned view, and each image makes exactly one of them active
 /// (docs/model.md section 1; V^i of equation (4) of Malichev & Yakhno 2024).
 ///
-/// For every image: describe it (descriptor.h), compare it with the learned views (matcher.h), then recall
-/// one of them or learn the view as a new one. `vt_recall` says how: `nearest` recalls the learned view most
-/// like this one where it is like enough; `belief` recalls the place that the views and the odometry before
-/// make certain (recall/place_belief.h), or stays at the last place while the view is still the same.
-/// An image in which there is nothing to see makes no cell active: it is neither learned nor recalled.
+/// Steps for every image: describe it (descriptor.h), compare it with the learned views (matcher.h), then recall one
+/// of them or learn the view as a new one. `vt_recall` selects the method. `nearest` recalls the most similar learned
+/// view if it is similar enough. `belief` recalls the place that views and odometry make certain
+/// (recall/place_belief.h), or stays at the last place while the view does not change. An image that shows nothing
+/// makes no cell active: it is neither learned nor recalled.
 ///
-/// A recall may be put to a RecallVerifier that looks at the image's geometry. What it does not confirm is
-/// not recalled: a new template is learned instead. What it confirms takes its relative heading from the
-/// geometry. It is not asked where the recalled template is the one active at the previous event or one of
-/// the 10 most recently learned: the robot is still at that place, and a chance likeness of distant places is
-/// not in question.
+/// A RecallVerifier can check recalls by image geometry. If it does not confirm a recall, a new template is learned
+/// instead. A confirmed recall takes its relative heading from the geometry. The verifier is not called if the
+/// recalled template was active at the previous event or is one of the 10 most recently learned: the robot is then
+/// still at that place, so that the recall is no chance match with a distant place.
 #pragma once
 
 #include <cstdint>
@@ -28,18 +27,17 @@ namespace ratslam {
 
 class State;
 
-/// Confirms or refuses recalls by image geometry.
+/// Confirms or rejects recalls by image geometry.
 struct RecallVerifier {
   RecallVerifier() = default;
   RecallVerifier(const RecallVerifier&) = delete;
   RecallVerifier& operator=(const RecallVerifier&) = delete;
   virtual ~RecallVerifier();
 
-  /// Where `image` was taken relative to the place of view `view_id`; none where that place is not seen in
-  /// it.
+  /// Pose of `image` relative to the place of view `view_id`; none if the image does not show that place.
   virtual std::optional<RecallGeometry> verify(Stamp stamp, const cv::Mat& image, std::uint32_t view_id) = 0;
 
-  /// Told of every learned view together with its image.
+  /// Called with every learned view and its image.
   virtual void learned(Stamp stamp, const cv::Mat& image, std::uint32_t view_id) = 0;
 };
 
@@ -49,30 +47,29 @@ class LocalViewCells {
   explicit LocalViewCells(const LocalViewParams& params,
                           const DescriptorRegistry& registry = DescriptorRegistry::builtIn());
 
-  /// What an image looks like; each image of the stream once, in order. Types of image: see pixelFormat
-  /// (grey.h). @throws std::invalid_argument for an unusable image, a crop or template that does not fit it,
-  /// and an image of another size than the first had; the cells are then as before the call.
+  /// Describes an image. To be called once for each image of the stream, in order. Types of image: see pixelFormat
+  /// (grey.h). @throws std::invalid_argument for an unusable image, a crop or template that does not fit it, and an
+  /// image of another size than the first one. The cells are then unchanged.
   View describe(const cv::Mat& image);
 
-  /// The view cell that a view makes active; kNoView where there is nothing to see.
-  /// @param image of the view, for the verifier alone.
-  /// @param motion since the view before; only belief asks for it.
-  /// @param verifier asked about recalls and told of learned views; null: every recall stands.
+  /// Recalls or learns a view. @return the active view cell; kNoView if the image shows nothing.
+  /// @param image of the view; only the verifier uses it.
+  /// @param motion since the view before; only belief uses it.
+  /// @param verifier of recalls; null: none.
   ViewEvent observe(Stamp stamp, const View& view, const cv::Mat& image, const ViewMotion& motion,
                     RecallVerifier* verifier = nullptr);
 
-  /// Both, each image counting as one step on.
+  /// describe() and observe(); each image counts as one step forward.
   ViewEvent observe(Stamp stamp, const cv::Mat& image, RecallVerifier* verifier = nullptr);
 
-  /// How like a view each learned view is: the graded activity V_i that equation (3) asks for before one cell
-  /// is chosen. Of a view of no image: nothing.
+  /// Similarity of a view to each learned view: the graded activity V_i of equation (3). Empty for a view without an
+  /// image.
   ViewLikeness likeness(const View& view);
 
-  /// The next image may have another size than those before; learned views stay, as they have a size of their
-  /// own.
+  /// Allows another size of the next image. Learned views are kept: their size does not depend on it.
   void acceptAnotherSize() { image_size_ = cv::Size(); }
 
-  /// Whether views that are not recalled are learned; else they make no view cell active (kNoView).
+  /// Whether to learn views that are not recalled. If not, they make no view cell active (kNoView).
   void setLearning(bool learning) { learning_ = learning; }
   bool learning() const { return learning_; }
 
@@ -84,20 +81,20 @@ class LocalViewCells {
   /// Learned view `id` for display: 8-bit mono. @throws std::out_of_range.
   cv::Mat templateImage(std::uint32_t id) const;
 
-  /// Learned view `id`, for another map to look at. @throws std::out_of_range.
+  /// Learned view `id`, for merging maps. @throws std::out_of_range.
   View learned(std::uint32_t id) const { return pair_.matcher->learned(id); }
 
-  /// The same of the present view, learned or not; empty before the first event.
+  /// The present view for display, learned or not: 8-bit mono; empty before the first event.
   const cv::Mat& viewImage() const { return view_image_; }
 
   /// Memory held for the learned templates.
   std::size_t memoryBytes() const { return pair_.matcher->memoryBytes() + belief_.memoryBytes(); }
 
-  /// What `vt_recall: belief` believes; nothing under `nearest`.
+  /// The belief of `vt_recall: belief`; empty under `nearest`.
   const PlaceBelief& belief() const { return belief_; }
 
-  /// What the verifier measured for the present event, and how far ahead of its place the belief has the robot; none where
-  /// neither says anything.
+  /// Result of the verifier for the present event, and the robot's distance ahead of the recalled place by the belief;
+  /// none if there is neither.
   const std::optional<RecallGeometry>& recallGeometry() const { return geometry_; }
 
   void save(State& state) const;
@@ -124,7 +121,7 @@ class LocalViewCells {
   bool learning_ = true;
   ViewPair pair_;
   PlaceBelief belief_;
-  View before_;                          // the last that showed something, as far as belief asks for it
+  View before_;                          // last view that showed something; only with belief
   cv::Size image_size_;                  // of all images, empty before the first
   std::optional<std::uint32_t> active_;  // view cell of the present event
   std::optional<RecallGeometry> geometry_;

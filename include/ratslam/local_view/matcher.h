@@ -1,4 +1,4 @@
-/// Search among learned views: the other half of the seam that descriptor.h begins.
+/// Interface of view matchers: a matcher stores learned views and compares new ones with them (see descriptor.h).
 #pragma once
 
 #include <cstddef>
@@ -11,20 +11,20 @@
 
 namespace ratslam {
 
-/// The learned view most like a view.
+/// The learned view most similar to a view.
 struct ViewMatch {
   std::uint32_t id = 0;
   double relative_rad = 0.0;  ///< heading now relative to the heading when it was learned [rad]
-  double error = 0.0;         ///< 0 for the same view, in the matcher's own measure
-  bool same_place = false;    ///< the error is small enough to take both for views of one place
+  double error = 0.0;         ///< in the matcher's own measure; 0 for the same view
+  bool same_place = false;    ///< the error is small enough for two views of one place
 };
 
-/// How like a view each learned view is: one row for each direction or shift of comparison.
+/// Similarity of a view to each learned view, with one row for each variant of the view.
 struct ViewLikeness {
   std::size_t variants = 0;
   std::size_t places = 0;
-  std::vector<float> values;   ///< variants x places, row by row; more is more alike
-  std::vector<double> priors;  ///< how likely each variant is, before anything is known; they sum to 1
+  std::vector<float> values;   ///< variants x places, row by row; larger is more similar
+  std::vector<double> priors;  ///< prior probability of each variant; they sum to 1
 
   const float* row(std::size_t variant) const { return values.data() + variant * places; }
 };
@@ -40,22 +40,22 @@ class ViewMatcher {
   virtual std::uint32_t add(const View& view) = 0;
   virtual std::size_t size() const = 0;
 
-  /// The learned view of the smallest error, of equals the lowest id; none where none is a candidate.
+  /// The learned view with the smallest error, of equals the lowest id; none if there is no candidate.
   virtual std::optional<ViewMatch> findBest(const View& view) = 0;
 
-  /// The same measure of learned view `id` alone, at variant 0. @throws std::out_of_range.
+  /// Comparison with learned view `id` alone, at variant 0. @throws std::out_of_range.
   virtual ViewMatch compareWith(const View& view, std::uint32_t id) = 0;
 
-  /// Learned view `id` as a view that can be compared, and learned elsewhere. @throws std::out_of_range.
+  /// Learned view `id`, which another matcher can compare and learn. @throws std::out_of_range.
   virtual View learned(std::uint32_t id) const = 0;
 
-  /// All learned views against all variants of a view, or against the one that the matcher has for all.
+  /// Compares all learned views with all variants of a view. A matcher that shifts views itself has one variant.
   virtual void compareAll(const View& view, ViewLikeness& likeness) = 0;
 
-  /// How much of a view the one before it did not tell: 0 for the same view, 1 for another one.
+  /// Novelty of a view relative to the one before: 0 for the same view, 1 for an independent one.
   virtual double novelty(const View& view, const View& before) const = 0;
 
-  /// Pictures that a person can read, of equal size, 8-bit mono: of learned view `id`, and of a view.
+  /// Pictures for display, of equal size, 8-bit mono: of learned view `id`, and of a view.
   virtual cv::Mat picture(std::uint32_t id) const = 0;
   virtual cv::Mat picture(const View& view) const = 0;
 

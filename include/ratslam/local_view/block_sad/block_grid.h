@@ -1,10 +1,10 @@
-/// Templates cut into blocks of equal size, each its mean in 8 bits, and which of them meet a view at each
-/// shift.
+/// Division of templates into blocks of equal size. Each block has its mean in 8 bits. The grid also states which
+/// blocks are compared at each shift.
 ///
-/// By the triangle inequality the values of a block differ by at least as much as their means: sums of
-/// absolute differences (SAD) of blocks bound those of values from below. Blocks lie at fixed places of the
-/// template; the view is cut anew for each shift, so that its blocks cover the same values. A block of which
-/// a shift compares only a part is left out there, and so are columns and rows that fill no block.
+/// By the triangle inequality the sum of absolute differences (SAD) of the block means is a lower bound for the SAD
+/// of the values. Blocks have fixed positions in the template. The view is divided again for each shift, so that its
+/// blocks cover the same values. At a shift that compares only a part of a block, the block is left out. So are
+/// columns and rows that do not fill a block.
 #pragma once
 
 #include <cstddef>
@@ -26,16 +26,15 @@ class BlockGrid {
   /// Blocks of a single value.
   static BlockGrid ofValues(const LocalViewParams& params);
 
-  /// At least 4 blocks along what is compared, 5 bands of them where there are as many rows. Few wide blocks
-  /// and many bands tell places apart far better than as many blocks of another shape: rows see the horizon.
-  /// Where blocks that all shifts compare cover four fifths of what one does, there are no others.
+  /// A coarse grid: at least 4 blocks along the compared columns, and 5 bands of rows if there are as many. Few wide
+  /// blocks in many bands distinguish places much better than other shapes, because of the horizon. If the blocks
+  /// common to all shifts cover four fifths of the compared columns, only they are used.
   static BlockGrid coarse(const LocalViewParams& params);
 
   /// Means of a template's blocks in 8 bits, column by column. @param values row by row.
   std::vector<std::uint8_t> ofTemplate(const std::vector<double>& values) const;
 
-  /// Means of what the view has opposite the blocks of runs(), for each shift; once where they are the same
-  /// for all.
+  /// Means of the view opposite the blocks of runs(), for each shift; only once if they are the same for all shifts.
   void ofView(const std::vector<double>& values, std::vector<std::vector<std::uint8_t>>& means) const;
 
   std::size_t columns() const { return block_columns_; }
@@ -51,7 +50,7 @@ class BlockGrid {
   /// The largest number of blocks that a shift compares.
   std::size_t mostCompared() const;
 
-  /// Whether blocks are single values, of which every shift compares as many, each one column after the last.
+  /// Whether blocks are single values, all columns have blocks, and shifts are one column apart.
   bool slidesByValues() const {
     return valuesInBlock() == 1 && block_columns_ == columns_ && !panoramic_ && step_ == 1;
   }
@@ -75,9 +74,9 @@ class BlockGrid {
   std::size_t first_compared_;
   std::size_t first_column_;  // of the first block
   std::size_t block_columns_;
-  bool same_at_all_shifts_ = false;  // what of the view meets the blocks
+  bool same_at_all_shifts_ = false;  // whether the same part of the view is compared at all shifts
   std::vector<BlockRun> runs_;
-  std::vector<std::size_t> view_columns_;  // of the view where the first block of each run begins
+  std::vector<std::size_t> view_columns_;  // column of the view at the first block of each run
 };
 
 }  // namespace ratslam

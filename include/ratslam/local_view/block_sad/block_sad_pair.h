@@ -1,7 +1,7 @@
-/// Mean greys of blocks, compared by sums of absolute differences: OpenRatSLAM's view (MODEL section 1),
-/// behind the seam of descriptor.h and matcher.h.
+/// Descriptor and matcher `blocks`: mean grey values of blocks, compared by sums of absolute differences, as in
+/// OpenRatSLAM (docs/model.md section 1).
 ///
-/// A view's values are its block sums, which are whole numbers, and after them what a white block sums to.
+/// The values of a view are its block sums, which are whole numbers, followed by the sum of a white block.
 #pragma once
 
 #include "ratslam/local_view/descriptor_registry.h"

@@ -1,8 +1,8 @@
-/// A template's exact values in few bytes.
+/// Compressed exact values of a template.
 ///
-/// Values are computed from block sums, which are integers. Where the 8-bit value of a block (kept by the
-/// SadIndex anyway) says nearly what its sum is, only the rest is stored: log2(full scale of a block / 255)
-/// bits or so. With patch normalisation it says nothing, and the sums are stored whole.
+/// Values are computed from block sums, which are integers. The SadIndex keeps each value in 8 bits, which nearly
+/// determine the sum. So only the difference is stored: about log2(full scale of a block / 255) bits. With patch
+/// normalisation the 8 bits do not determine the sum, and it is stored whole.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace ratslam {
 
 class PackedTemplate {
  public:
-  /// All there is to know, as a State keeps it.
+  /// Content of a packed template in a State.
   struct Record {
     double scale = 1.0;
     std::uint64_t full_scale = 0;
@@ -36,7 +36,7 @@ class PackedTemplate {
   };
 
   PackedTemplate(const ViewTemplate& original, const TemplateParams& params);
-  /// @param values how many the template has. @throws std::runtime_error where the record cannot hold them
+  /// @param values number of values of the template. @throws std::runtime_error if the record cannot hold them
   PackedTemplate(const Record& record, std::size_t values);
 
   Record record() const;
@@ -45,7 +45,7 @@ class PackedTemplate {
   /// @param bytes those values, each quantised, in the same order (row by row).
   std::vector<double> values(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) const;
 
-  /// The block sums that those values are computed from; above what makes a value of 1 they are cut.
+  /// The block sums from which those values are computed. Sums above that of value 1 are clamped.
   BlockSums blocks(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) const;
 
   std::size_t memoryBytes() const { return sizeof *this + packed_bytes_; }
@@ -53,7 +53,7 @@ class PackedTemplate {
  private:
   double scale_;
   std::uint64_t full_scale_;
-  double sums_per_level_;  // 0 where the 8-bit values do not tell the sums
+  double sums_per_level_;  // 0 if the 8-bit values do not determine the sums
   std::uint32_t packed_bytes_ = 0;
   std::uint32_t bits_ = 0;  // of each packed number
   std::unique_ptr<std::uint8_t[]> packed_;

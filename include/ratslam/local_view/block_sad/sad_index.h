@@ -1,9 +1,9 @@
-/// Templates as blocks of values in 8 bits (block_grid.h), laid out for fast sums of absolute differences
-/// (SAD) with a view at many shifts. Where blocks are single values these are the SADs of all values.
+/// Templates as 8-bit blocks (block_grid.h), stored for fast sums of absolute differences (SAD) with a view at many
+/// shifts. If blocks are single values, these are the SADs of all values.
 ///
-/// Templates are kept in groups of 8, their bytes interleaved (sad_kernels.h), and groups in segments that
-/// never move: adding costs O(1). The bytes of a group go column by column, so that the columns which one
-/// shift compares are one run of bytes; or row by row where a faster kernel wants that (sliding_sad.h).
+/// Templates are kept in groups of 8 with interleaved bytes (sad_kernels.h). Groups are kept in segments that never
+/// move, so that adding costs O(1). The bytes of a group are in column order: then the columns that one shift
+/// compares are one run of bytes. A faster kernel needs row order (sliding_sad.h).
 #pragma once
 
 #include <cstddef>
@@ -33,12 +33,11 @@ class SadIndex {
 
   const BlockGrid& grid() const { return grid_; }
 
-  /// Lays a view out for the searches that follow. @param values row by row.
+  /// Sets the view of the next searches. @param values row by row.
   void setView(const std::vector<double>& values);
 
-  /// For each template of the groups [first, last), its smallest SAD over all shifts. The last group may be
-  /// partly empty: what it gives for templates that are not there means nothing.
-  /// @param smallest 8 values a group.
+  /// For each template of the groups [first, last), its smallest SAD over all shifts. The last group may be partly
+  /// empty; values of missing templates are undefined. @param smallest 8 values per group.
   void smallestSads(std::size_t first, std::size_t last, std::uint32_t* smallest) const;
 
   std::size_t memoryBytes() const;
@@ -57,7 +56,7 @@ class SadIndex {
   BlockGrid grid_;
   std::size_t group_chunks_ = 0;
   std::size_t segment_groups_ = 1;
-  std::vector<std::uint32_t> places_;  // of each byte of the first template in a group
+  std::vector<std::uint32_t> places_;  // position of each byte of the first template in a group
   std::size_t size_ = 0;
   std::vector<std::unique_ptr<Chunk[]>> segments_;
   std::unique_ptr<View> view_;

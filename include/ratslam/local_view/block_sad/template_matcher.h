@@ -1,17 +1,16 @@
-/// Search of the learned template most like a view (docs/model.md section 1, step 5): exact, and much faster than
-/// comparing every value of every template.
+/// Search of the learned template most similar to a view (docs/model.md section 1, step 5). It is exact, and much
+/// faster than comparing every value of every template.
 ///
-///   1. Mean gate. Templates whose mean differs too much from the view's are no candidates.
-///   2. Coarse bound. The SAD of the means of some 30 blocks, in 8 bits, bounds each template's error from
-///      below (block_grid.h).
-///   3. Fine bounds. For what that does not exclude, the SAD of all values in 8 bits bounds the error from
-///      both sides. The template of the smallest coarse bound goes first, so that it excludes most others.
-///   4. Exact error. The few templates whose bounds overlap the best's are compared in double, their
-///      values computed again from packed sums (packed_template.h), row by row and column by column.
+///   1. Mean gate: exclude templates whose mean differs too much from the view's.
+///   2. Coarse bound: the SAD of the 8-bit means of about 30 blocks is a lower bound for each template's error
+///      (block_grid.h).
+///   3. Fine bounds: for the remaining templates the SAD of all values in 8 bits bounds the error from both sides.
+///      The template with the smallest coarse bound is first, so that it excludes most others.
+///   4. Exact error: the few templates whose bounds overlap those of the best are compared in double. Their values are
+///      computed again from packed sums (packed_template.h), row by row and column by column.
 ///
-/// An 8-bit SAD differs from 255 times the true sum by no more than rounding moved the values of view and
-/// template, which is kept for each. Hence winner, error, ties and decision are those of an exhaustive search
-/// in double.
+/// An 8-bit SAD differs from 255 times the true sum by at most the rounding of the values of view and template, which
+/// is stored for each. Hence winner, error, ties and decision are those of an exhaustive search in double.
 #pragma once
 
 #include <cstdint>
@@ -37,24 +36,21 @@ struct TemplateMatch {
 
 class TemplateMatcher {
  public:
-  /// @throws std::invalid_argument as LocalViewParams::validate does, and where this processor lacks the
-  /// level.
+  /// @throws std::invalid_argument as LocalViewParams::validate does, and if this processor lacks the level.
   explicit TemplateMatcher(const LocalViewParams& params, SimdLevel level = bestSimdLevel());
 
-  /// Stores a template, at a cost that does not depend on how many there are. Its id is the number of
-  /// templates before it. @throws std::invalid_argument for a template of another size than the parameters'.
+  /// Stores a template, at a cost that does not depend on their number. Its id is the number of templates before it.
+  /// @throws std::invalid_argument for a template of another size than the parameters'.
   std::uint32_t add(const ViewTemplate& learned);
 
-  /// The template of the smallest error, of equals the lowest id, then the lowest shift; none where the mean
-  /// gate leaves no candidate. @throws std::invalid_argument as add does.
+  /// The template with the smallest error, of equals the lowest id, then the lowest shift; none if the mean gate
+  /// leaves no candidate. @throws std::invalid_argument as add does.
   std::optional<TemplateMatch> findBest(const ViewTemplate& view);
 
-  /// The error of template `id`, at the shift where it is smallest; no gate is asked. @throws
-  /// std::out_of_range.
+  /// The error of template `id` at the shift where it is smallest, without the mean gate. @throws std::out_of_range.
   TemplateMatch compareWith(const ViewTemplate& view, std::uint32_t id);
 
-  /// Of every template, minus the error at the shift where it is smallest, as values in 8 bits have it; no
-  /// gate is asked.
+  /// For every template, minus the smallest error over all shifts, computed from 8-bit values, without the mean gate.
   void likeness(const ViewTemplate& view, std::vector<float>& values);
 
   std::size_t size() const { return packed_.size(); }
@@ -62,8 +58,8 @@ class TemplateMatcher {
   /// Values of template `id` as they were added, to the last bit, row by row. @throws std::out_of_range.
   std::vector<double> values(std::uint32_t id) const;
 
-  /// Block sums of template `id`: what its values are computed from, sums that make a value of 1 cut to the least of them.
-  /// @throws std::out_of_range.
+  /// Block sums of template `id`, from which its values are computed. Sums that give value 1 are clamped to the least
+  /// such sum. @throws std::out_of_range.
   BlockSums blocks(std::uint32_t id) const;
 
   /// Values of template `id` in 8 bits, row by row. @throws std::out_of_range.
@@ -80,7 +76,7 @@ class TemplateMatcher {
  private:
   struct Candidate {
     std::uint32_t sad = 0;       // of all values in 8 bits
-    std::uint32_t rounding = 0;  // how much the true one may differ
+    std::uint32_t rounding = 0;  // largest difference from the true sum
     std::uint32_t id = 0;
   };
 
@@ -89,11 +85,11 @@ class TemplateMatcher {
     double high = 0.0;
   };
 
-  /// A template as a State keeps it.
+  /// A template in a State.
   struct Row {
     double mean = 0.0;
     std::vector<std::uint8_t> values;  // in 8 bits, row by row
-    PackedTemplate::Record exact;      // what the values were before
+    PackedTemplate::Record exact;      // for the exact values
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -115,9 +111,9 @@ class TemplateMatcher {
   std::size_t compared_values_;          // at each shift
   SadIndex coarse_;                      // means of blocks
   SadIndex fine_;                        // all values
-  std::vector<double> means_;            // of whole groups: infinite where there is no template yet
+  std::vector<double> means_;            // of whole groups; infinite for missing templates
   std::vector<MeanRange> mean_ranges_;   // of the templates of each group
-  std::vector<std::uint32_t> rounding_;  // sum of what rounding to 8 bits moved the values, in levels
+  std::vector<std::uint32_t> rounding_;  // sum of the changes by rounding to 8 bits [levels]
   std::uint32_t largest_rounding_ = 0;
   std::vector<PackedTemplate> packed_;
   // Buffers of a search.

@@ -1,11 +1,11 @@
-/// Slow adaptation of each value of a descriptor to what the session usually sees there: what is common to
-/// all views of a season, a lens or a bonnet says nothing about the place.
+/// Slow adaptation of each value of a descriptor to its usual mean and variance in the session. What all views have in
+/// common (season, lens, bonnet of the car) does not distinguish places.
 ///
 ///     x' = (x - m) / sqrt(v), with m and v from before the view;
 ///     alpha = 1 / max(50, min(t + 1, 300)); d = x - m; m += alpha d; v = (1 - alpha) (v + alpha d^2)
 ///
-/// Nothing is known before the first view: m begins as that view's mean over all values of the same bin, v as
-/// the variance about it, so that the first views are compared as pictures with a mean taken off.
+/// At the first view m is that view's mean over all values of the same bin, and v the variance about it. So the first
+/// views are compared as pictures without their mean.
 #pragma once
 
 #include <cstdint>
@@ -15,17 +15,17 @@ namespace ratslam {
 
 class Adaptation {
  public:
-  /// @param shared how many values apart those lie which adapt as one, and how many such there are: the
-  /// columns of a panorama, through which a robot that turns moves the same scene.
+  /// Values that share one mean and variance: the columns of a panorama, because a turn of the robot moves the same
+  /// scene through all of them.
   struct Sharing {
-    std::size_t count = 1;
-    std::size_t stride = 0;
+    std::size_t count = 1;   ///< number of values that share
+    std::size_t stride = 0;  ///< distance from one to the next [values]
   };
 
-  /// @param bins values in a row that mean different things; all others of the same bin mean the same
+  /// @param bins number of consecutive values with different meanings; value i has the meaning of i % bins
   Adaptation(std::size_t values, std::size_t bins, Sharing sharing);
 
-  /// Values seen with the present adaptation.
+  /// The values normalised by the present adaptation.
   std::vector<double> apply(const std::vector<double>& values) const;
 
   /// Whether a first view has been seen; before that, apply() must not be called.

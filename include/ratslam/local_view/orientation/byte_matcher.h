@@ -1,7 +1,7 @@
-/// Vectors of numbers, each kept as bytes and compared by the cosine of their angle. Any descriptor whose
-/// values vary about 0 by about 1 can use it.
+/// Matcher for vectors that are stored as bytes and compared by the cosine of their angle. It suits any descriptor
+/// whose values have about mean 0 and deviation 1.
 ///
-/// All learned vectors are compared, with no shortcut: a byte a value, whole-number products
+/// All learned vectors are compared, without shortcuts: one byte per value, whole-number products
 /// (simd/byte_products.h), one division by the lengths.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace ratslam {
 
-/// A vector in bytes: round(32 x), at most 127 in size.
+/// A vector in bytes: round(32 x), clamped to +-127.
 struct ByteVector {
   std::vector<std::int8_t> values;
   float length = 0.0F;  ///< Euclidean
@@ -21,11 +21,11 @@ struct ByteVector {
 
 class ByteMatcher : public ViewMatcher {
  public:
-  /// Draws a vector for people to look at.
+  /// Draws a vector for display.
   using Painter = std::function<cv::Mat(const std::vector<std::int8_t>&)>;
 
   /// @param values of a vector @param same_place largest error (1 - cosine) of two views of one place
-  /// @throws std::invalid_argument where a vector would be too long, or this processor lacks the level
+  /// @throws std::invalid_argument if a vector would be too long, or this processor lacks the level
   ByteMatcher(std::size_t values, double same_place, Painter painter, SimdLevel level = bestSimdLevel());
 
   std::uint32_t add(const View& view) override;
@@ -42,7 +42,7 @@ class ByteMatcher : public ViewMatcher {
   void load(const State& state) override;
 
  private:
-  /// A vector as a State keeps it.
+  /// A vector in a State.
   struct Row {
     std::vector<std::int8_t> values;
 
@@ -66,7 +66,7 @@ class ByteMatcher : public ViewMatcher {
   double same_place_;
   Painter painter_;
   ByteProducts products_;
-  std::vector<std::unique_ptr<std::uint8_t[]>> segments_;  // which never move: adding costs O(1)
+  std::vector<std::unique_ptr<std::uint8_t[]>> segments_;  // never move, so adding costs O(1)
   std::vector<float> lengths_;
   std::vector<std::int8_t> queries_;  // of the present view
   std::vector<float> query_lengths_;

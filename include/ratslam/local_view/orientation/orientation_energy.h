@@ -1,5 +1,5 @@
-/// Orientation energies of an image, after the complex cells of V1: how much edge of each orientation there is
-/// in each part of the view, whatever the light.
+/// Orientation energies of an image, modelled on the complex cells of V1: the strength of edges of each orientation in
+/// each part of the view, independent of the light.
 ///
 ///   1. Grey, 64 x 32 pixels: block means of the crop. Gradients by [-1 0 1] in x and y.
 ///   2. The orientation of each gradient, without its sign, is shared linearly between the 2 nearest of 9
@@ -7,8 +7,8 @@
 ///   3. Divisive normalisation: each value is divided by sqrt(m + 4), m being the mean over the 3 x 3 cells
 ///      around it of the summed squares of their bins (in grey values of 0 to 255).
 ///
-/// The arithmetic is fixed: sums in one order, a polynomial for the angle, no function of a library but the
-/// square root, so that every machine has the same bits.
+/// The arithmetic is fixed, so that every machine gives the same bits: sums in one order, a polynomial for the angle,
+/// and of library functions only the square root.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -28,12 +28,12 @@ constexpr int kOrientationValues = kOrientationCellColumns * kOrientationCellRow
 
 class OrientationEnergy {
  public:
-  /// Steps 1 and 2, but for the sums. @param panoramic the columns close into a circle.
+  /// Steps 1 and 2 without the sums over cells. @param panoramic the last column adjoins the first.
   /// @throws std::invalid_argument as templateBlocks does.
   OrientationEnergy(const cv::Mat& image, const TemplateParams& crop, bool panoramic);
 
-  /// Steps 2 and 3 with the image moved by `shift` pixels to the right; what comes in at the edge of a
-  /// forward camera's image repeats the edge.
+  /// The sums of step 2, and step 3, with the image moved by `shift` pixels to the right. For a forward camera the
+  /// edge is repeated.
   /// @return kOrientationValues, by row of cells, column of cells, bin.
   std::vector<double> values(int shift) const;
 
@@ -43,7 +43,7 @@ class OrientationEnergy {
  private:
   bool panoramic_;
   double contrast_ = 0.0;
-  std::vector<double> columns_;  // of each row of cells and each column of pixels, its bins
+  std::vector<double> columns_;  // the bins of each row of cells and column of pixels
 };
 
 }  // namespace ratslam

@@ -1,5 +1,6 @@
-/// Orientation energies with adaptation (orientation_energy.h, adaptation.h), kept as bytes and compared by
-/// the cosine of their angle (byte_matcher.h): a view that outlives light, weather and season.
+/// Descriptor and matcher `orientation`: orientation energies with adaptation (orientation_energy.h, adaptation.h),
+/// stored as bytes and compared by the cosine of their angle (byte_matcher.h). They are robust to light, weather and
+/// season.
 #pragma once
 
 #include "ratslam/local_view/descriptor_registry.h"

@@ -1,5 +1,5 @@
-/// Orientation energies as a person can read them: in each cell the edges that stand out from what is usual
-/// there, as strokes along them, the brighter the more they do.
+/// Picture of orientation energies: in each cell strokes along the edges that are stronger than usual there. Brighter
+/// strokes are stronger.
 #pragma once
 
 #include <cstdint>
