@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <sstream>
 
 #include "configuration.h"
 #include "ratslam/camera/calibration_file.h"
@@ -24,6 +25,12 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kSnapshots = 6;  // of the pose cells, where no times are given
 
+std::string shortText(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
 void say(const std::string& text) { std::cerr << "ratslam_run: " << text << '\n'; }
 
 /// The calibration that counts: the one named on the command line, the configuration's, the recording's own.
@@ -39,13 +46,22 @@ std::unique_ptr<Recording> openWithOdometry(const RunOptions& options, const Pip
   recording_options.limits = params.images.limits();
   recording_options.with_odometry = kind.origin == OdometryOrigin::kTopic;
   std::unique_ptr<Recording> recording = openRecording(options.input, recording_options);
+  if (kind.origin != OdometryOrigin::kTopic && !options.recording.odometry_topic.empty()) {
+    throwBadValue("--odometry-topic", options.recording.odometry_topic,
+                  "it is for --odometry topic, not " + options.odometry);
+  }
   if (kind.origin == OdometryOrigin::kFile) {
     recording =
         std::make_unique<RecordingWithOdometry>(std::move(recording), readOdometryCsv(options.odometry));
   }
+  const std::size_t all = recording->imageCount();
+  if (options.from_frame > 0 && options.from_frame >= all) {
+    throwBadValue("--from-frame", options.from_frame,
+                  options.input + " has " + std::to_string(all) + " images, counted from 0");
+  }
   for (std::size_t images = 0; images < options.from_frame;) {
     const auto item = recording->next();
-    if (!item) throwBadValue("from-frame", options.from_frame, options.input + " has fewer images");
+    if (!item) break;
     if (std::holds_alternative<RecordedImage>(*item)) ++images;
   }
   return recording;
@@ -126,6 +142,10 @@ OfflineRun::OfflineRun(const RunOptions& options)
   recording_ = openWithOdometry(options, params_, kind);
   for (const std::string& remark : recording_->remarks()) say(remark);
   pipeline_ = makePipeline(options, params_, kind, *recording_);
+  if (parameters_.has("stamp_source") && parameters_.values().at("stamp_source").text == "arrival") {
+    say("stamp_source: value arrival is for cameras that are heard live; a recording has the stamps of its "
+        "images");
+  }
   if (!options.changes.empty()) {
     addChanges(readParameterChanges(options.changes), parameters_, *pipeline_);
   }
@@ -255,11 +275,6 @@ void OfflineRun::follow(const Pipeline::Progress& progress) {
 
 void OfflineRun::finish(double decoding_seconds) {
   pipeline_->settle();
-  if (pipeline_->absurdCovariances() > 0) {
-    std::cerr << "ratslam_run: " << pipeline_->absurdCovariances()
-              << " covariances of the odometry cannot be used, the defaults apply: "
-              << pipeline_->firstAbsurdity() << '\n';
-  }
   std::map<std::string, double> counts;
   images_.counts().visit(
       [&counts](const std::string& name, std::size_t number) { counts[name] = static_cast<double>(number); });
@@ -280,6 +295,26 @@ void OfflineRun::sayWhatWasLeft() const {
   }
   if (stopRequested()) std::cout << "interrupted: the results hold what was mapped so far\n";
   if (const auto complaint = span_.complaint()) say(*complaint);
+  sayWhatOdometryLacks();
+}
+
+void OfflineRun::sayWhatOdometryLacks() const {
+  const auto count = [](std::size_t number, const char* of_what) { return std::to_string(number) + of_what; };
+  if (pipeline_->absurdCovariances() > 0) {
+    say(count(pipeline_->absurdCovariances(),
+              " covariances of the odometry cannot be used, the defaults apply: ") +
+        pipeline_->firstAbsurdity());
+  }
+  if (pipeline_->droppedOdometry() > 0) {
+    say(count(pipeline_->droppedOdometry(), " samples of odometry dropped") +
+        (pipeline_->firstDrop().empty() ? "" : ", the first since " + pipeline_->firstDrop()));
+  }
+  if (pipeline_->unmeasuredStretches() > 0) {
+    say(count(
+            pipeline_->unmeasuredStretches(),
+            " stretches between samples of odometry are not measured: they last longer than odometry_gap (") +
+        shortText(params_.odometry_stream.odometry_gap) + " s), or the pose jumps");
+  }
 }
 
 bool OfflineRun::nothingCameOfIt() const {

@@ -37,6 +37,7 @@ class OfflineRun {
   void follow(const Pipeline::Progress& progress);
   void finish(double decoding_seconds);
   void sayWhatWasLeft() const;
+  void sayWhatOdometryLacks() const;
   bool nothingCameOfIt() const;
   /// @return whether pose cells were asked for at times that the drive has not, which has been said
   bool snapshotsAreMissing() const;

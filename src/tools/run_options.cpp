@@ -101,8 +101,16 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
   po::positional_options_description positional;
   positional.add("input", 1);
   po::variables_map values;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
-  po::notify(values);
+  try {
+    po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
+    po::notify(values);
+  } catch (const po::invalid_option_value& error) {  // all that are no texts are counts
+    throw std::invalid_argument(std::string(error.what()) + ": it must be a whole number");
+  } catch (const po::too_many_positional_options_error&) {
+    throw std::invalid_argument("one INPUT at a time; a path with blanks stands in quotes; see --help");
+  } catch (const po::error& error) {
+    throw std::invalid_argument(std::string(error.what()) + "; see --help");
+  }
   if (values.count("help") != 0) {
     std::cout << kUsage << visible;
     return std::nullopt;

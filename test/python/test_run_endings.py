@@ -1,6 +1,7 @@
 """How ratslam_run ends: whatever stops it, what was mapped is kept, and no file is ever cut off."""
 
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -206,6 +207,50 @@ def test_images_outside_the_odometrys_time_are_said_with_the_offset(program, sho
     assert lost.returncode == 1
     assert "30 of 30 images lie outside the odometry's time: it is 1000.0 s ahead" in lost.stdout
     assert "nothing was mapped" in lost.stdout
+
+
+@pytest.mark.parametrize("period", [0.1, 100.0])
+def test_stretches_that_nobody_measured_are_said(program, short, tmp_path, period):
+    """As where milliseconds stand where seconds should."""
+    odometry = tmp_path / "odometry.csv"
+    odometry.write_text(
+        "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{i * period:.6f},1.0,0.0\n" for i in range(30))
+    )
+    slow = run(program, short, tmp_path / "out", "--odometry", odometry)
+    said = "29 stretches between samples of odometry are not measured: they last longer than odometry_gap (2 s)"
+    assert slow.returncode == 0, slow.stdout
+    assert (said in slow.stdout) == (period > 2.0), slow.stdout
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["--from-frame", "30"], "--from-frame: value 30 is not allowed: .* has 30 images, counted from 0"),
+        (["--max-frames", "1e3"], r"the argument \('1e3'\) for option '--max-frames' is invalid: it must be a whole"),
+        (["second"], "one INPUT at a time; a path with blanks stands in quotes"),
+        (["--odometri", "orb"], "unrecognised option '--odometri'; see --help"),
+    ],
+)
+def test_options_that_mean_nothing_are_named(program, short, tmp_path, words, said):
+    refused = run(program, short, tmp_path / "out", *words)
+    assert refused.returncode == 1 and refused.stdout.count("\n") == 1, refused.stdout
+    assert re.search(said, refused.stdout), refused.stdout
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_topic_of_odometry_that_nobody_reads_is_refused(program, tmp_path):
+    rosbag = pytest.importorskip("rosbag")
+    messages = pytest.importorskip("sensor_msgs.msg")
+    with rosbag.Bag(str(tmp_path / "drive.bag"), "w") as bag:
+        bag.write("/camera/image", messages.Image(height=60, width=160, encoding="mono8", step=160, data=bytes(9600)))
+    refused = run(program, tmp_path / "drive.bag", tmp_path / "out", "--odometry-topic", "/odom")
+    assert refused.returncode == 1
+    assert "--odometry-topic: value /odom is not allowed: it is for --odometry topic, not profile" in refused.stdout
+
+
+def test_stamps_by_arrival_are_said_to_be_for_nodes(program, short, tmp_path):
+    said = run(program, short, tmp_path / "out", "--set", "stamp_source=arrival").stdout
+    assert "stamp_source: value arrival is for cameras that are heard live" in said, said
 
 
 @pytest.mark.parametrize("name", ["odometry.csv", "map.yaml"])

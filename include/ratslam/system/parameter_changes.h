@@ -25,6 +25,7 @@ struct ParameterChange {
   Stamp after = 0;
   std::string name;
   std::string value;
+  std::string origin;  ///< file and line
 };
 
 /// Keys that may change while a part runs.

@@ -95,7 +95,10 @@ class Pipeline {
   const PoseCellStage& poseCells() const { return pose_cells_; }
   const ExperienceMap& map() const { return map_.map(); }
   const ModuleTimes& times() const { return times_; }
+  /// Samples of odometry that were not used, and what is wrong with the first of them; empty where it came before what
+  /// is loaded.
   std::size_t droppedOdometry() const { return dropped_odometry_; }
+  const std::string& firstDrop() const { return first_drop_; }
   /// Number of views with a stamp a little before that of the view before.
   std::size_t lateViews() const { return late_views_; }
   /// Number of samples with an unusable covariance, and what is wrong with the first of them.
@@ -134,6 +137,7 @@ class Pipeline {
   MapStage map_;
   ModuleTimes times_;
   std::size_t dropped_odometry_ = 0;
+  std::string first_drop_;
   std::size_t late_views_ = 0;
   std::size_t absurd_covariances_ = 0;
   std::string first_absurdity_;

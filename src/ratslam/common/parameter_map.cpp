@@ -62,6 +62,32 @@ std::string inLine(const std::string& path, int line_from_0) {
   return line_from_0 < 0 ? path : path + ":" + std::to_string(line_from_0 + 1);
 }
 
+/// What rosparam, with YAML 1.1, takes for an octal number, and others for a decimal one.
+bool mayBeOctal(const YAML::Node& value) {
+  const std::string& text = value.Scalar();
+  const std::size_t zero = text.find_first_not_of("+-");
+  return value.Tag() == "?" && zero <= 1 && text.size() > zero + 1 && text[zero] == '0' &&
+         text.find_first_not_of("0123456789", zero) == std::string::npos;
+}
+
+/// A single value. @throws std::runtime_error where it is none
+std::string scalarOf(const YAML::Node& value, const std::string& key, const std::string& origin) {
+  if (!value.IsScalar())
+    throw std::runtime_error(origin + ": " + shown(key) + ": its list holds more than single values");
+  if (mayBeOctal(value)) {
+    throw std::runtime_error(origin + ": " + shown(key) + ": value '" + shown(value.Scalar()) +
+                             "' begins with 0, which makes it octal for rosparam; write it without");
+  }
+  return value.Scalar();
+}
+
+/// What YAML's own words do not tell.
+std::string hintFor(const std::string& reason) {
+  return reason == "illegal map value"
+             ? "; a line is 'key: value', with a blank behind the colon: this one or the one before is not"
+             : "";
+}
+
 std::size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -107,10 +133,11 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
       ParameterValue value;
       value.origin = path + ":" + std::to_string(entry.first.Mark().line + 1);
       if (entry.second.IsScalar()) {
-        value.text = entry.second.Scalar();
+        value.text = scalarOf(entry.second, key, value.origin);
       } else if (entry.second.IsSequence()) {
         value.is_list = true;
-        for (const auto& element : entry.second) value.elements.push_back(element.as<std::string>());
+        for (const auto& element : entry.second)
+          value.elements.push_back(scalarOf(element, key, value.origin));
       } else {
         throw std::runtime_error(value.origin + ": " + shown(key) +
                                  (entry.second.IsMap()
@@ -121,7 +148,7 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
       map.set(key, std::move(value));
     }
   } catch (const YAML::Exception& error) {
-    throw std::runtime_error(inLine(path, error.mark.line) + ": " + shown(error.msg));
+    throw std::runtime_error(inLine(path, error.mark.line) + ": " + shown(error.msg) + hintFor(error.msg));
   }
   return map;
 }
@@ -153,6 +180,9 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
       ParameterValue value;
       value.text = withoutComment(entry.second.data());
       value.origin = path + " [" + section.first + "]";
+      if (map.has(canonicalKey(entry.first))) {
+        throw std::runtime_error(value.origin + ": " + shown(entry.first) + " is given twice");
+      }
       map.set(entry.first, std::move(value));
     }
   }
@@ -178,15 +208,15 @@ void ParameterMap::set(const std::string& key, ParameterValue value) {
   values_[canonicalKey(key)] = std::move(value);
 }
 
-void ParameterMap::setFromAssignment(const std::string& assignment) {
+void ParameterMap::setFromAssignment(const std::string& assignment, const std::string& origin) {
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
     throw std::invalid_argument("'" + shown(assignment) + "' is not of the form key=value");
   }
   ParameterValue value;
-  value.text = assignment.substr(equals + 1);
-  value.origin = "the command line";
-  set(assignment.substr(0, equals), std::move(value));
+  value.text = trimmed(assignment.substr(equals + 1));
+  value.origin = origin;
+  set(trimmed(assignment.substr(0, equals)), std::move(value));
 }
 
 void ParameterMap::rejectUnknown(const std::set<std::string>& known) const {

@@ -45,17 +45,23 @@ std::vector<Stamp> readTimes(const std::string& path) {
   return stamps;
 }
 
-/// The numbers of `key: numbers`; none for another line.
-std::optional<Projection> projectionIn(const std::string& line, const std::string& key) {
-  const std::size_t colon = line.find(':');
-  if (colon == std::string::npos || trimmed(line.substr(0, colon)) != key) return std::nullopt;
-  std::istringstream words(line.substr(colon + 1));
+/// The numbers of `key: numbers`; none for another line. @throws std::runtime_error where they are no matrix
+std::optional<Projection> projectionIn(const TextLine& line, const std::string& key,
+                                       const std::string& path) {
+  const std::size_t colon = line.text.find(':');
+  if (colon == std::string::npos || trimmed(line.text.substr(0, colon)) != key) return std::nullopt;
+  const auto refuse = [&](const std::string& reason) {
+    throw std::runtime_error(path + ":" + std::to_string(line.number) + ": " + key + ": " + reason +
+                             "; it is the 12 numbers of a 3x4 matrix, with blanks between them");
+  };
+  std::istringstream words(line.text.substr(colon + 1));
   Projection projection{};
   std::string word;
   for (double& number : projection) {
-    if (!(words >> word) || !parseNumber(word, number)) return std::nullopt;
+    if (!(words >> word)) refuse("it ends too early");
+    if (!parseNumber(word, number)) refuse("'" + shown(word) + "' is not a number");
   }
-  if (words >> word) return std::nullopt;
+  if (words >> word) refuse("'" + shown(word) + "' is one too many");
   return projection;
 }
 
@@ -63,10 +69,15 @@ Projection readProjection(const std::string& path, int camera_number) {
   const std::string number = std::to_string(camera_number);
   const auto lines = readLines(path);
   for (const std::string& key : {"P" + number, "P_rect_0" + number}) {
+    std::optional<Projection> found;
     for (const TextLine& line : lines) {
-      const auto projection = projectionIn(line.text, key);
-      if (projection) return *projection;
+      const auto projection = projectionIn(line, key, path);
+      if (found && projection && *found != *projection) {
+        throw std::runtime_error(path + ":" + std::to_string(line.number) + ": " + key + " is given twice");
+      }
+      if (projection) found = projection;
     }
+    if (found) return *found;
   }
   throw std::runtime_error(path + ": no line 'P" + number + ":' with the 12 numbers of a 3x4 matrix");
 }

@@ -42,6 +42,13 @@ class Columns {
   Columns(const std::string& path, const std::string& first_line)
       : path_(path), names_(splitCsv(first_line)) {}
 
+  void requireDistinct() const {
+    for (auto name = names_.begin(); name != names_.end(); ++name) {
+      if (!name->empty() && std::find(names_.begin(), name, *name) != name) {
+        throw std::runtime_error(path_ + ":1: names the column " + shown(*name) + " twice");
+      }
+    }
+  }
   bool has(const std::string& name) const {
     return std::find(names_.begin(), names_.end(), name) != names_.end();
   }
@@ -252,10 +259,11 @@ std::vector<OdometrySample> readOdometryCsv(const std::string& path) {
   if (lines.empty()) throw std::runtime_error(path + ": is empty; its first line must name its columns");
   Columns columns(path, lines.front().text);
   const std::string hint =
-      lines.front().text.find_first_of(";\t") == std::string::npos ? "" : "; columns are parted by commas";
+      "; columns are parted by commas, and this line is '" + shown(lines.front().text) + "'";
   for (const char* name : {"stamp", "linear_x", "angular_z"}) {
     if (!columns.has(name)) columns.fail(std::string("has no column named ") + name + hint);
   }
+  columns.requireDistinct();
   const SampleColumns parts(columns);
   std::vector<OdometrySample> samples;
   for (auto line = std::next(lines.begin()); line != lines.end(); ++line) {

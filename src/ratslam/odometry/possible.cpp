@@ -3,6 +3,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "ratslam/odometry/odometry_timeline.h"
+
 namespace ratslam {
 namespace {
 
@@ -46,6 +48,13 @@ std::string whyImpossible(const OdometrySample& sample) {
                                      std::isfinite(sample.unit->anchor_sigma.value_or(0.0)));
   if (why.empty() && !unit) why = "the uncertainty of the unit of length is not finite";
   return why;
+}
+
+std::string whyDropped(SampleVerdict verdict, const OdometrySample& sample) {
+  if (verdict == SampleVerdict::kImpossible) return whyImpossible(sample);
+  if (verdict == SampleVerdict::kRepeatedStamp) return "it repeats the stamp before it";
+  if (verdict == SampleVerdict::kLate) return "it is older than the message before it";
+  return "";
 }
 
 }  // namespace ratslam

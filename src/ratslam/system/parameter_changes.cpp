@@ -52,9 +52,9 @@ std::vector<ParameterChange> readParameterChanges(const std::string& path) {
   std::vector<ParameterChange> changes;
   for (const TextLine& line : readLines(path)) {
     if (line.text == kColumns) continue;
+    const std::string origin = path + ":" + std::to_string(line.number);
     const auto fail = [&] {
-      throw std::runtime_error(path + ":" + std::to_string(line.number) + ": '" + shown(line.text) +
-                               "' is not of the form " + kColumns);
+      throw std::runtime_error(origin + ": '" + shown(line.text) + "' is not of the form " + kColumns);
     };
     const std::size_t first = line.text.find(',');
     const std::size_t second = first == std::string::npos ? first : line.text.find(',', first + 1);
@@ -65,6 +65,7 @@ std::vector<ParameterChange> readParameterChanges(const std::string& path) {
     if (error != std::errc() || stop != end) fail();
     change.name = trimmed(line.text.substr(first + 1, second - first - 1));
     change.value = trimmed(line.text.substr(second + 1));
+    change.origin = origin;
     changes.push_back(change);
   }
   return changes;
@@ -72,13 +73,18 @@ std::vector<ParameterChange> readParameterChanges(const std::string& path) {
 
 void addChanges(const std::vector<ParameterChange>& changes, ParameterMap parameters, Pipeline& pipeline) {
   for (const ParameterChange& change : changes) {
-    parameters.setFromAssignment(change.name + "=" + change.value);
-    if (changePart<LocalViewParams>(change, parameters, pipeline) ||
-        changePart<PoseCellParams>(change, parameters, pipeline) ||
-        changePart<ExperienceMapParams>(change, parameters, pipeline)) {
-      continue;
+    parameters.setFromAssignment(change.name + "=" + change.value, change.origin);
+    try {
+      if (changePart<LocalViewParams>(change, parameters, pipeline) ||
+          changePart<PoseCellParams>(change, parameters, pipeline) ||
+          changePart<ExperienceMapParams>(change, parameters, pipeline)) {
+        continue;
+      }
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(change.origin + ": " + error.what());
     }
-    throw std::invalid_argument(change.name + ": it cannot change in the middle of a drive; what can are " +
+    throw std::invalid_argument(change.origin + ": " + shown(change.name) +
+                                ": it cannot change in the middle of a drive; what can are " +
                                 joined(changeableKeys(LocalViewParams())) + ", " +
                                 joined(changeableKeys(PoseCellParams())) + ", " +
                                 joined(changeableKeys(ExperienceMapParams())));

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "ratslam/common/state.h"
+#include "ratslam/odometry/possible.h"
 #include "ratslam/odometry/uncertainty.h"
 
 namespace ratslam {
@@ -97,9 +98,9 @@ bool Pipeline::feedOdometry(const OdometrySample& sample) {
   const SampleVerdict verdict = pose_cells_.addOdometry(sample);
   local_view_.addOdometry(sample);
   map_.addOdometry(sample);
-  const bool dropped = verdict == SampleVerdict::kImpossible || verdict == SampleVerdict::kRepeatedStamp ||
-                       verdict == SampleVerdict::kLate;
-  if (dropped) ++dropped_odometry_;
+  const std::string why = whyDropped(verdict, sample);
+  const bool dropped = !why.empty();
+  if (dropped && ++dropped_odometry_ == 1) first_drop_ = why;
   if (!dropped && sample.covariance) {
     const std::string absurdity = whyAbsurd(*sample.covariance);
     if (!absurdity.empty() && ++absurd_covariances_ == 1) first_absurdity_ = absurdity;

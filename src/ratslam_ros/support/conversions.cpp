@@ -252,7 +252,7 @@ ParameterChange changeFromMessage(const ratslam_ros::ParameterChange& message) {
     throw std::runtime_error("'" + shown(message.name) + " = " + shown(message.value) +
                              "' is no number for a parameter that can change in the middle of a drive");
   }
-  return {stampFromRos(message.header.stamp), message.name, message.value};
+  return {stampFromRos(message.header.stamp), message.name, message.value, ""};
 }
 
 geometry_msgs::Quaternion yawToMessage(double yaw_rad) {

@@ -62,17 +62,20 @@ void OdometrySubscriber::handOn(const OdometrySample& sample) {
       absurd_.report(watch_.topic() + ": covariances that cannot be used count as not said: " + absurdity);
     }
   }
-  switch (handler_(sample)) {
+  const SampleVerdict verdict = handler_(sample);
+  const std::string dropped = watch_.topic() + ": odometry dropped";
+  const std::string why = whyDropped(verdict, sample);
+  switch (verdict) {
     case SampleVerdict::kAccepted:
       break;
     case SampleVerdict::kImpossible:
-      impossible_.report(watch_.topic() + ": odometry dropped: " + whyImpossible(sample));
+      impossible_.report(dropped + ": " + why);
       break;
     case SampleVerdict::kRepeatedStamp:
-      repeated_.report(watch_.topic() + ": odometry dropped, it repeats the stamp before it");
+      repeated_.report(dropped + ", " + why);
       break;
     case SampleVerdict::kLate:
-      late_.report(watch_.topic() + ": odometry dropped, it is older than the message before it");
+      late_.report(dropped + ", " + why);
       break;
     case SampleVerdict::kTimeWentBack:
       time_went_back_.report(watch_.topic() +

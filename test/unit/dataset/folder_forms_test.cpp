@@ -129,9 +129,20 @@ TEST_F(FolderFormsTest, TheCameraIsFoundWhereverItStandsAndReadOnlyWhenAskedFor)
   EXPECT_EQ(KittiFolder(folder_.string(), "image_2").camera()->fx, 70.0);
   write("calib.txt", "P0: 100 0 62 0 0 102 46 0 0 0 1 0\n");
   EXPECT_NE(KittiFolder(folder_.string()).camera()->doubt().value().find("(62, 46)"), std::string::npos);
-  write("calib.txt", "P0: 50 0\n");
   KittiFolder folder(folder_.string());
-  expectComplaint([&] { folder.camera(); }, {"calib.txt: no line 'P0:' with the 12 numbers"});
+  const std::string p0 = "P0: 50 0 31 0 0 51 23 0 0 0 1 0\n";
+  for (const auto& [content, said] : std::vector<std::pair<std::string, std::string>>{
+           {"P1: 9 9\n", "calib.txt: no line 'P0:' with the 12 numbers"},
+           {"# ours\nP0: 50 0\n", "calib.txt:2: P0: it ends too early"},
+           {"P0: 50 0 nan 0 0 51 23 0 0 0 1 0\n", "calib.txt:1: P0: 'nan' is not a number"},
+           {"P0: 50, 0, 31, 0, 0, 51, 23, 0, 0, 0, 1, 0\n", "calib.txt:1: P0: '50,' is not a number"},
+           {"P0: 50 0 31 0 0 51 23 0 0 0 1 0 7\n", "calib.txt:1: P0: '7' is one too many"},
+           {p0 + "P0: 51 0 31 0 0 51 23 0 0 0 1 0\n", "calib.txt:2: P0 is given twice"}}) {
+    write("calib.txt", content);
+    expectComplaint([&] { folder.camera(); }, {said});
+  }
+  write("calib.txt", p0 + p0);
+  EXPECT_EQ(folder.camera()->fx, 50.0) << "the same once more is no contradiction";
   write("calib.txt", "P0: 1e-310 0 31 0 0 51 23 0 0 0 1 0\n");
   expectComplaint([&] { folder.camera(); }, {"calib.txt: P0", "camera fx"});
 }
@@ -255,6 +266,12 @@ TEST_F(FolderFormsTest, OdometryThatIsNoneIsNamed) {
   const std::string head = "frame,stamp,linear_x,angular_z\n";
   refused("", {"o.csv: is empty"});
   refused(head, {"o.csv: names columns, but holds no odometry"});
+  refused("frame,stamp,linear_x,angular_z,linear_x\n0,0,1,1,2\n",
+          {"o.csv:1: names the column linear_x twice"});
+  for (const char* named :
+       {"Frame,Stamp,Linear_X", "stamp [s],linear_x [m/s]", "0,0.1,1.5,0", "0.1 0 0 0 0 0 0 1"}) {
+    refused(std::string(named) + "\n0,0,1,1\n", {"o.csv:1: has no column named stamp", named});
+  }
   refused("frame;stamp;linear_x;angular_z\n0;0;1;1\n",
           {"o.csv:1: has no column named stamp; columns are parted"});
   refused("frame\tstamp\tlinear_x\tangular_z\n0\t0\t1\t1\n",

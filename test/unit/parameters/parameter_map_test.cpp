@@ -159,6 +159,50 @@ TEST_F(ParameterMapTest, WhatIsNoValueIsSaid) {
             std::string::npos);
 }
 
+// rosparam reads 010 as 8, other readers as 10: nodes and runner would take different numbers.
+TEST_F(ParameterMapTest, NumbersThatMayBeOctalAreRefused) {
+  for (const char* text : {"size: 1\ncount: 010\n", "\ncount: -07\n", "\nvalues: [1, 00]\n"}) {
+    const std::string said = test::messageOf([&] { ParameterMap::fromYaml(file("a.yaml", text)); });
+    EXPECT_NE(said.find("a.yaml:2: "), std::string::npos) << said;
+    EXPECT_NE(said.find("octal for rosparam"), std::string::npos) << said;
+  }
+  Params params;
+  ParameterMap::fromYaml(file("a.yaml", "count: 0x08\nsize: 0\nname: \"007\"\nvalues: [0, 0.5, 00.5]\n"))
+      .read(params);
+  EXPECT_EQ(params.count, 8);
+  EXPECT_EQ(params.name, "007");
+}
+
+TEST_F(ParameterMapTest, WhatIsNoLineOfYamlIsSaidToNeedABlank) {
+  for (const char* text : {"count:3\nsize: 1\n", "on: true\ncount = 3\nsize: 1\n"}) {
+    const std::string said = test::messageOf([&] { ParameterMap::fromYaml(file("a.yaml", text)); });
+    EXPECT_NE(said.find("with a blank behind the colon"), std::string::npos) << text << said;
+  }
+}
+
+TEST_F(ParameterMapTest, AListOfListsIsNamed) {
+  EXPECT_NE(test::messageOf([&] {
+              ParameterMap::fromYaml(file("a.yaml", "size: 1\nvalues: [[1], 2]\n"));
+            }).find("a.yaml:2: values: its list holds more than single values"),
+            std::string::npos);
+}
+
+TEST_F(ParameterMapTest, SectionsOfAnIniDoNotContradictEachOther) {
+  const std::string text = "[ratslam]\nvt_patch_normalise=1\n[visual_odometry]\nvt_patch_normalisation=2\n";
+  EXPECT_NE(test::messageOf([&] {
+              ParameterMap::fromIni(file("a.txt", text));
+            }).find("a.txt [visual_odometry]: vt_patch_normalisation is given twice"),
+            std::string::npos);
+}
+
+TEST_F(ParameterMapTest, BlanksRoundAnAssignmentDoNotCount) {
+  ParameterMap map;
+  map.setFromAssignment(" count = 4 ");
+  Params params;
+  map.read(params);
+  EXPECT_EQ(params.count, 4);
+}
+
 TEST_F(ParameterMapTest, WhatYamlWouldReadWithoutEndIsNamedByItsLine) {
   const std::string deep(100'000, '[');
   for (const std::string& bad :

@@ -138,9 +138,12 @@ TEST_F(ChangeFile, OfAnotherFormIsRefusedWithItsLine) {
 
 TEST_F(ChangeFile, MayChangeThresholdsAndGainsWithinBoundsAlone) {
   EXPECT_EQ(complaint("1,pc_vt_restore,0.1\n"), "");
-  EXPECT_NE(complaint("1,template_x_size,20\n").find("template_x_size: it cannot change"), std::string::npos);
-  EXPECT_NE(complaint("1,vt_match_threshold,2\n").find("vt_match_threshold: value 2 is not allowed"),
+  EXPECT_NE(complaint("1,template_x_size,20\n").find("_test.csv:1: template_x_size: it cannot change"),
             std::string::npos);
+  EXPECT_NE(
+      complaint("1,vt_match_threshold,2\n").find("_test.csv:1: vt_match_threshold: value 2 is not allowed"),
+      std::string::npos);
+  EXPECT_NE(complaint("1,exp_loops,7\n2,exp_loops,many\n").find("_test.csv:2)"), std::string::npos);
 }
 
 }  // namespace
