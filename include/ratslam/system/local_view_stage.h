@@ -1,12 +1,11 @@
-/// The local view cells fed by their stamped streams: images and, where recalls are a matter of belief
-/// (vt_recall), the odometry that moves the belief.
+/// The local view cells with their stamped streams: images and, with vt_recall belief, odometry, which moves the
+/// belief.
 ///
-/// An image is described when it comes. The view cell that it makes active is decided once the odometry has
-/// reached its stamp; where only the nearest view counts, at once. The result depends on stamps and values
-/// alone.
+/// An image is described when it comes. With belief its view cell is decided once the odometry has reached its stamp;
+/// with vt_recall nearest at once. The result depends only on stamps and values.
 ///
-/// A frame that shows nothing (frozen, without texture) learns and recalls nothing: its event has no view, so
-/// that the pose cells keep up with its stamp and the odometry alone moves them.
+/// From a frozen or blank frame nothing is learned or recalled. Its event has no view: so the pose cells still process
+/// its stamp, and only odometry moves them.
 #pragma once
 
 #include <deque>
@@ -25,14 +24,14 @@ namespace ratslam {
 
 class State;
 
-/// What a frame gave.
+/// Result of a frame.
 struct ViewObservation {
   ViewEvent view;
-  /// Where recalls are verified or belief recalls, one for each frame; inliers 0 where nothing was measured.
+  /// One for each frame if recalls are verified or made by belief, else none. Inliers 0: geometry was not measured.
   std::optional<RecallGeometry> geometry;
 };
 
-/// Whether each view comes with a RecallGeometry, and what measured it.
+/// Whether each view has a RecallGeometry, and its source.
 GeometrySource geometrySource(const ViewRecallParams& recall, const RecallGeometryParams& geometry);
 
 class LocalViewStage {
@@ -41,9 +40,9 @@ class LocalViewStage {
   LocalViewStage(const LocalViewParams& params, const RecallGeometryParams& recall_params,
                  const OdometryStreamParams& stream = {});
 
-  /// Whether it cannot observe before it has a camera.
+  /// Whether setCamera must be called before the first frame.
   bool needsCamera() const { return recall_params_.verifies() && !recall_check_; }
-  /// To be called once, before the first frame, where recalls are verified; else it does nothing.
+  /// Sets the camera for the verification of recalls. Does nothing if recalls are not verified.
   /// @throws std::invalid_argument for a bad camera
   void setCamera(const CameraModel& camera);
 
@@ -52,34 +51,34 @@ class LocalViewStage {
   }
   bool needsOdometry() const { return cells_.params().recall.believes(); }
 
-  /// kTimeWentBack has already reset the stream; the sample that told so sets the clock anew.
+  /// kTimeWentBack: the stream has been reset, and this sample sets the clock.
   SampleVerdict addOdometry(const OdometrySample& sample);
 
   /// @throws std::invalid_argument as LocalViewCells::describe does; std::logic_error without its camera
   EventVerdict addFrame(const ImageFrame& frame);
 
-  /// Observations of the images that pass, oldest first; where no odometry is needed all pass.
+  /// Observations of the images that pass, oldest first. All pass if no odometry is needed.
   std::vector<ViewObservation> drain(Passing which = Passing::kReached);
 
   std::size_t waitingImages() const { return gate_.size(); }
-  /// Whether the images have gone back in time and the odometry has not, so far.
+  /// Whether the images have gone back in time and the odometry has not yet.
   bool waitsForOdometryToGoBack() const { return gate_.waitsForOdometryToGoBack(); }
   const LocalViewCells& cells() const { return cells_; }
   LocalViewCells& cells() { return cells_; }
 
-  /// Forgets what the streams have brought: what comes next is another drive, or another part of this one.
+  /// Clears the streams, before another drive or another part of the same drive.
   void interrupt();
 
-  /// Whether views that are not recalled are learned; else they make no view cell active.
+  /// Whether to learn views that are not recalled. If not, they make no view cell active.
   void setLearning(bool learning) { cells_.setLearning(learning); }
 
-  /// Other parameters for all views later than `after`: those of changeableKeys may differ.
+  /// Sets other parameters for all views later than `after`. Only those of changeableKeys may differ.
   /// @throws std::invalid_argument for bad ones
   void change(Stamp after, const LocalViewParams& params) {
     params.validate();
     changes_.add(after, params);
   }
-  /// The stamp after which a change that is made now would hold.
+  /// The stamp after which a change made now holds.
   Stamp latestProcessed() const { return gate_.latestPassed(); }
 
   void save(State& state) const;
@@ -91,19 +90,19 @@ class LocalViewStage {
   struct WaitingView {
     Stamp stamp = 0;
     View view;
-    cv::Mat image;  ///< for the verifier; else empty
+    cv::Mat image;  ///< for the verifier; empty without one
 
     template <class Fields>
     void stateFields(Fields&& fields);
   };
 
-  /// What one sample of odometry says of its own certainty.
+  /// Uncertainty of one sample of odometry.
   struct Certainty {
     Stamp stamp = 0;
     std::optional<double> forward_variance;  ///< [m^2]
     std::optional<double> yaw_variance;      ///< [rad^2]
     std::uint32_t epoch = 0;
-    double unmeasured_s = 0.0;  ///< time since the sample before it, where nobody measured the way [s]
+    double unmeasured_s = 0.0;  ///< time since the sample before, if its motion is unmeasured; else 0 [s]
 
     template <class Fields>
     void stateFields(Fields&& fields) {
@@ -123,9 +122,9 @@ class LocalViewStage {
   OdometryStreamParams stream_;
   LocalViewCells cells_;
   TimedChanges<LocalViewParams> changes_;
-  std::unique_ptr<RecallCheck> recall_check_;  ///< where vt_verify asks for it, once the camera is known
+  std::unique_ptr<RecallCheck> recall_check_;  ///< only with vt_verify, once the camera is known
   EventGate<WaitingView> gate_;
-  std::deque<Certainty> certainties_;  ///< of samples that no view has used yet
+  std::deque<Certainty> certainties_;  ///< of the samples that no view has used yet
   std::optional<Stamp> last_sample_;
   std::uint32_t source_epoch_ = 0;  ///< of the last sample
   std::uint32_t epoch_ = 0;         ///< changes with the source's and when time goes back

@@ -1,9 +1,9 @@
-/// One map of two: what two drives have learned, joined where they share places.
+/// Merges two maps into one, which is joined at the places that both have.
 ///
-/// The map that began first stays as it is. The drive of the other is driven through it once more, as far as its map
-/// has kept it: its path as odometry, and at each place the view that was learned there. So the merged map is
-/// made by the same stages, with the same care about recalls, as if the second drive had gone on in the first map; what is
-/// shared is recalled, not learned twice, and stretches that share nothing stay components of their own.
+/// The map that began first is kept. The drive of the other map is replayed through it: the stored path serves as
+/// odometry, and at each place the view learned there is shown. So the same stages make the merged map, as if the
+/// second drive had continued in the first map. Common places are recalled and not learned twice. Parts without common
+/// places stay separate components.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@
 
 namespace ratslam {
 
-/// What came of a merge.
+/// Result of a merge.
 struct MapMerge {
   MapCheckpoint map;
-  std::size_t first_experiences = 0;   ///< of the map that began first
-  std::size_t second_experiences = 0;  ///< of the other
-  std::size_t experiences = 0;         ///< of both together
-  std::size_t components = 0;          ///< of the merged map: places joined by links
+  std::size_t first_experiences = 0;   ///< experiences of the map that began first
+  std::size_t second_experiences = 0;  ///< experiences of the other map
+  std::size_t experiences = 0;         ///< experiences of the merged map
+  std::size_t components = 0;          ///< connected components of the merged map
 };
 
-/// In either order the same map, to the last bit.
-/// @throws std::runtime_error where parameters differ, a part is missing, or recalls are verified by images (vt_verify),
-/// which a map does not keep
+/// Merges two maps. The order of the arguments does not change a bit of the result.
+/// @throws std::runtime_error if parameters differ, a part is missing, or recalls are verified by images (vt_verify),
+/// which a map does not contain
 MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b);
 
 }  // namespace ratslam

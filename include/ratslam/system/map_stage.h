@@ -1,8 +1,8 @@
-/// The experience map fed by its stamped streams: odometry, decisions of the pose cells, and, where recalls
-/// are verified by image geometry or belief recalls, what that says of where the robot is.
+/// The experience map with its stamped streams: odometry, decisions of the pose cells, and, if recalls are verified or
+/// made by belief, recall geometry.
 ///
-/// A decision is processed once every stream has reached its stamp: motion up to it first, then the action.
-/// The result depends on stamps and values alone.
+/// A decision is processed once every stream has reached its stamp: first the motion up to it, then the action. The
+/// result depends only on stamps and values.
 #pragma once
 
 #include <map>
@@ -19,59 +19,57 @@ namespace ratslam {
 
 class MapStage {
  public:
-  /// @param geometry  what is measured of recalls: unless nothing is, a RecallGeometry accompanies every decision
+  /// @param geometry  source of recall geometry; unless it is kNone, every decision has a RecallGeometry of its stamp
   MapStage(const ExperienceMapParams& params, GeometrySource geometry,
            const OdometryStreamParams& stream = {});
 
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
-  /// One per view event, kind kNone included: it tells how far the pose cells have got.
-  /// None is ever left out: the pose cells have numbered their experiences by them. One that is a little late
-  /// counts as simultaneous with the one before. @return false where time has gone back
+  /// Adds the decision of a view event, also of kind kNone. No decision is left out, because each one that creates an
+  /// experience counts for the numbers. One that is a little late counts as simultaneous with the one before.
+  /// @return false if time has gone back
   bool addDecision(const TopologicalAction& action);
-  /// Where no decision asks for so long that too much of it waits, the oldest is forgotten: a decision of its stamp
-  /// then counts as not measured.
+  /// Adds the geometry of a recall. If too many wait for their decisions, the oldest is forgotten; its decision then
+  /// counts as unmeasured.
   void addGeometry(const RecallGeometry& geometry);
 
-  /// Processes what has become possible. An action that names experiences that do not exist is refused, the map
-  /// unharmed. @return stamps of the processed decisions, oldest first
-  /// @param which  kAll: neither the odometry nor the geometry is waited for
+  /// Processes all decisions that every stream has reached. An action with an experience that does not exist is refused
+  /// and changes nothing. @return stamps of the processed decisions, oldest first
+  /// @param which  kAll: do not wait for odometry and geometry
   std::vector<Stamp> drain(Passing which = Passing::kReached);
-  /// Why decisions were refused since the last call: the map could not follow them, and went on with the next.
+  /// Reasons of the decisions that were refused since the last call.
   std::vector<std::string> takeRefusals();
 
   std::size_t waitingDecisions() const { return gate_.size(); }
   std::size_t waitingGeometry() const { return geometry_.size(); }
-  /// Geometry that was forgotten before a decision asked for it.
+  /// Number of geometries that were forgotten before their decision came.
   std::size_t forgottenGeometry() const { return forgotten_; }
-  /// Where the robot is by all odometry that has come, ahead of the decisions.
+  /// Pose of the robot by all odometry so far, also that after the last decision.
   StampedPose latestPose() const;
   const OdometryTimeline& odometry() const { return gate_.odometry(); }
   const ExperienceMap& map() const { return map_; }
   ExperienceMap& map() { return map_; }
 
-  /// Session of the experiences' numbers. Its numbers are those of the pose cells, which the map's own need
-  /// not equal: when the pose cells begin a session that knows less, what it numbers anew is new in the map as
-  /// well; an experience that this map does not know, because it has lost its memory, is created when it is
-  /// recalled.
+  /// Session of the experiences' numbers. They are numbers of the pose cells and may differ from the map's own numbers.
+  /// If a new session of the pose cells knows fewer experiences, the numbers it gives again are new experiences of the
+  /// map. If the map has lost an experience that the pose cells know, it is created when it is recalled.
   const NumberSession& session() const { return session_; }
-  /// Experiences that were recalled and had to be created.
+  /// Number of experiences that were recalled and had to be created.
   std::size_t recreated() const { return recreated_; }
 
-  /// Forgets what the streams have brought: what comes next is another drive, or another part of this one.
-  /// How the robot got there is not known: it begins a new stretch, which joins the others once something
-  /// known is recalled.
+  /// Clears the streams, before another drive or another part of the same drive. The motion in between is unknown. So
+  /// the path begins unconnected, until a known place is recalled.
   void interrupt();
 
-  /// Whether the map may change; else recalls only say where the robot is in it.
+  /// Whether the map may change. If not, recalls only place the robot in it.
   void setLearning(bool learning) { map_.setLearning(learning); }
 
-  /// Other parameters for all decisions later than `after`: those of changeableKeys may differ.
+  /// Sets other parameters for all decisions later than `after`. Only those of changeableKeys may differ.
   /// @throws std::invalid_argument for bad ones
   void change(Stamp after, const ExperienceMapParams& params) {
     params.validate();
     changes_.add(after, params);
   }
-  /// The stamp after which a change that is made now would hold.
+  /// The stamp after which a change made now holds.
   Stamp latestProcessed() const { return gate_.latestPassed(); }
 
   void save(State& state) const;
@@ -98,13 +96,13 @@ class MapStage {
   OdometryStreamParams stream_;
   EventGate<TopologicalAction> gate_;
   std::map<Stamp, RecallGeometry> geometry_;
-  std::optional<Stamp> newest_geometry_;  ///< that has come: none up to here will
+  std::optional<Stamp> newest_geometry_;  ///< stamp of the newest geometry; no earlier one will come
   std::size_t forgotten_ = 0;
   bool started_ = false;
   std::optional<Stamp> last_processed_;
-  std::uint64_t beginnings_ = 0;  ///< of the odometry's time, as far as the map has followed
-  /// Dead reckoning at the stamp of each decision, in the odometry's unit, for the ways that recall geometry compares
-  /// with. Once there are too many, every other one of the older half goes.
+  std::uint64_t beginnings_ = 0;  ///< beginnings of the odometry's time that the map has processed
+  /// Dead reckoning at the stamp of each decision, in the odometry's unit. It gives the distance companion -> template
+  /// for recall geometry. If there are too many, every second one of the older half is dropped.
   struct Waypoint {
     Stamp stamp = 0;
     Eigen::Vector3d place = Eigen::Vector3d::Zero();

@@ -1,8 +1,8 @@
-/// Pose cells fed by two stamped streams: odometry and view events.
+/// Pose cells with two stamped streams: odometry and view events.
 ///
-/// A view event is processed once the odometry has reached its stamp; all motion since the view before it
-/// makes one attractor iteration (so a faster odometry changes nothing but its accuracy), then the view cell
-/// acts, then the decision is taken. The result depends on stamps and values alone.
+/// A view event is processed once the odometry has reached its stamp. All motion since the view before makes one
+/// attractor iteration, so that the rate of the odometry does not matter. Then the view cell injects activity, and the
+/// decision is made. The result depends only on stamps and values.
 #pragma once
 
 #include <vector>
@@ -14,10 +14,10 @@
 
 namespace ratslam {
 
-/// Everything the pose cells say about one view event.
+/// Results of the pose cells for one view event.
 struct PoseCellDecision {
   ViewEvent view;
-  TopologicalAction action;  ///< kind kNone where nothing is to do; its stamp is the view's
+  TopologicalAction action;  ///< with the view's stamp; kNone if nothing is to be done
   PoseCellEstimate estimate;
 };
 
@@ -27,16 +27,17 @@ class PoseCellStage {
       : cells_(params), stream_(stream), gate_(false, stream) {}
 
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
-  /// @throws std::invalid_argument for an angle that is not finite: where it passed, the decisions before it would be lost
+  /// @throws std::invalid_argument for an angle that is not finite. The check is here, because an exception in drain()
+  /// would lose the decisions before it.
   EventVerdict addView(const ViewEvent& view);
 
   /// Decisions on the views that pass, oldest first.
   std::vector<PoseCellDecision> drain(Passing which = Passing::kReached);
 
   std::size_t waitingViews() const { return gate_.size(); }
-  /// Whether the views have gone back in time and the odometry has not, so far.
+  /// Whether the views have gone back in time and the odometry has not yet.
   bool waitsForOdometryToGoBack() const { return gate_.waitsForOdometryToGoBack(); }
-  /// How far the odometry lags behind the view that waits for it [s]; none where none waits.
+  /// Time by which the odometry lags behind the waiting view [s]; none if no view waits.
   std::optional<double> lag() const {
     const auto newest = gate_.odometry().lastStamp();
     if (gate_.waiting() == nullptr || !newest) return std::nullopt;
@@ -45,23 +46,23 @@ class PoseCellStage {
   const OdometryTimeline& odometry() const { return gate_.odometry(); }
   const PoseCells& cells() const { return cells_; }
 
-  /// Session of the view cells' numbers. When another one begins, what was tied to view cells that it does not
-  /// know is forgotten.
+  /// Session of the view cells' numbers. When another one begins, the ties of view cells that it does not know are
+  /// forgotten.
   const NumberSession& viewSession() const { return view_session_; }
 
-  /// Forgets what the streams have brought: what comes next is another drive, or another part of this one.
+  /// Clears the streams, before another drive or another part of the same drive.
   void interrupt();
 
-  /// Whether places may become experiences.
+  /// Whether new experiences may be created.
   void setLearning(bool learning) { cells_.setLearning(learning); }
 
-  /// Other parameters for all views later than `after`: those of changeableKeys may differ.
+  /// Sets other parameters for all views later than `after`. Only those of changeableKeys may differ.
   /// @throws std::invalid_argument for bad ones
   void change(Stamp after, const PoseCellParams& params) {
     params.validate();
     changes_.add(after, params);
   }
-  /// The stamp after which a change that is made now would hold.
+  /// The stamp after which a change made now holds.
   Stamp latestProcessed() const { return gate_.latestPassed(); }
 
   void save(State& state) const;

@@ -9,7 +9,7 @@
 namespace ratslam {
 namespace {
 
-/// That wait for a view. Beyond, the oldest are added up: the camera is dead.
+/// Bound on those that wait for a view. Beyond it the oldest are joined, because the camera is dead.
 constexpr std::size_t kMostCertainties = 20000;
 
 }  // namespace
@@ -77,7 +77,7 @@ SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
     certainty.yaw_variance = (*sample.covariance)(5, 5) * dt * dt;
   }
   if (broken || (anew && !back)) certainty.unmeasured_s = secondsBetween(*last_sample_, sample.stamp);
-  if (broken) ++epoch_;  // what was seen meanwhile lies apart from what comes
+  if (broken) ++epoch_;  // places before and after the break cannot be compared by dead reckoning
   certainties_.push_back(certainty);
   if (certainties_.size() > kMostCertainties) joinOldest();
   last_sample_ = sample.stamp;
@@ -103,7 +103,7 @@ EventVerdict LocalViewStage::addFrame(const ImageFrame& frame) {
   waiting.stamp = frame.stamp;
   waiting.view.textured = false;
   if (frame.usable()) waiting.view = cells_.describe(frame.image);
-  // The pixels may be a message's, which does not outlast a wait.
+  // The pixels may belong to a message that does not live until the view is decided.
   if (recall_check_) waiting.image = needsOdometry() ? frame.image.clone() : frame.image;
   return gate_.addEvent(waiting);
 }
@@ -129,14 +129,14 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
     while (certainty != certainties_.end() && certainty->stamp < timed.end) ++certainty;
     const double unmeasured_s = certainty != certainties_.end() ? certainty->unmeasured_s : 0.0;
     if (unmeasured_s > 0.0 && timed.step.bridged && timed.step.covariance) {
-      // The covariance of a part is that of a random walk; how fast the robot goes it keeps.
+      // The covariance of a part of a step is that of a random walk. But an unknown speed is constant over the stretch.
       motion.unmeasured += std::sqrt((*timed.step.covariance)(0, 0) * timed.step.dt / unmeasured_s);
     }
   }
   double forward_variance = 0.0;
   double yaw_variance = 0.0;
   bool said = !certainties_.empty();
-  // A sample that reaches beyond the stamp counts for the next view.
+  // A sample beyond the stamp belongs to the next view.
   while (!certainties_.empty() && certainties_.front().stamp <= stamp) {
     const Certainty& passed = certainties_.front();
     said = said && passed.forward_variance.has_value();

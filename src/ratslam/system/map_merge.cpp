@@ -21,16 +21,16 @@
 namespace ratslam {
 namespace {
 
-/// A view is shown again so often at most, at the pace of a camera.
+/// Least time between two views of the same experience, like the period of a camera.
 constexpr double kViewPeriod = 0.1;  // [s]
-/// Longer steps of a path that was thinned are driven in several.
+/// Longer steps of a thinned path are divided.
 constexpr double kLongestStep = 0.5;  // [s]
 constexpr int kMostSteps = 1000;
 
-/// What the first map's gates wait for does not matter: nothing that they have heard of comes later.
+/// Parameters of the odometry stream for the replay.
 OdometryStreamParams patient() {
   OdometryStreamParams params;
-  params.odometry_gap = 1e6;  // a robot that stood still has left a long step
+  params.odometry_gap = 1e6;  // a long step of the thinned path is no silence: the robot stood still
   return params;
 }
 
@@ -62,7 +62,7 @@ struct Stages {
     local_view.load(state.child("local_view"));
     pose_cells.load(state.child("pose_cells"));
     map.load(state.child("experience_map"));
-    // Nodes that lost their memory number their experiences anew.
+    // After a loss of memory the nodes' numbers of experiences differ.
     const auto numbers = state.child("experience_map").get<std::vector<std::uint32_t>>("experience_of");
     for (std::uint32_t id = 0; id < numbers.size(); ++id) {
       if (numbers[id] != id) {
@@ -83,7 +83,7 @@ struct Stages {
   MapStage map;
 };
 
-/// Number of the component of each experience, the components numbered by their first experience.
+/// Component of each experience. A component has the number of its first experience.
 std::vector<std::uint32_t> componentsOf(const ExperienceGraph& graph) {
   std::vector<std::uint32_t> parent(graph.experiences().size());
   std::iota(parent.begin(), parent.end(), 0U);
@@ -101,13 +101,13 @@ std::vector<std::uint32_t> componentsOf(const ExperienceGraph& graph) {
   return component;
 }
 
-/// What a map knows of the errors of a stretch of its path.
+/// Errors of a stretch of a map's path.
 struct KnownErrors {
   Eigen::Matrix4d variance_per_metre = Eigen::Matrix4d::Zero();  ///< of x, y, z, yaw
   UnitOfLength unit;
 };
 
-/// The path of a map, at which experience the robot was at each of its poses, and how well the way is known.
+/// The path of a map, with the experience at each pose and the uncertainty of the motion.
 class KeptDrive {
  public:
   KeptDrive(const ExperienceMap& map, const State& saved)
@@ -137,16 +137,16 @@ class KeptDrive {
 
   const std::vector<StampedPose>& path() const { return path_; }
   std::uint32_t at(std::size_t pose) const { return at_[pose]; }
-  /// Of the way from the pose before; none where the map does not say.
+  /// Errors of the motion from the pose before; none if the map has none.
   const std::optional<KnownErrors>& errors(std::size_t pose) const { return errors_[pose]; }
 
-  /// Whether how the robot got from one pose to the next is known.
+  /// Whether the motion from the pose before to pose `next` is known.
   bool goesOn(std::size_t next) const {
     return path_[next].stamp > path_[next - 1].stamp && component_[at_[next]] == component_[at_[next - 1]];
   }
 
  private:
-  /// The graph has a constraint for the way from each frame to the next.
+  /// Reads the errors from the graph, which has a constraint for the motion from each frame to the next.
   void readErrors(const State& graph, const Trajectory& trajectory) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, Constraint> ways;
     for (const Constraint& way : graph.get<std::vector<Constraint>>("constraints")) {
@@ -171,7 +171,7 @@ class KeptDrive {
     const double scale_variance = 1.0 / (way.scale_weight * way.scale_weight);
     const double lost = 1.0 - way.scale_kept * way.scale_kept;
     double walk = scale_variance;
-    if (way.scale_kept > 0.0 && lost > 0.0) {  // as MotionError adds up an anchored unit
+    if (way.scale_kept > 0.0 && lost > 0.0) {  // inverts the sum of MotionError for an anchored unit
       errors.unit.anchor_sigma = std::sqrt(scale_variance / lost);
       walk = -2.0 * std::log(way.scale_kept) * scale_variance / lost;
     }
@@ -179,7 +179,7 @@ class KeptDrive {
     return errors;
   }
 
-  /// Where a recall made a frame: the experience that was recalled is the one beside it, facing the same way.
+  /// Experience of a frame that a recall has made: the nearest one with about the same heading.
   static std::uint32_t nearest(const ExperienceGraph& graph, const MapPose& pose) {
     std::uint32_t best = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -201,7 +201,7 @@ class KeptDrive {
   std::vector<std::optional<KnownErrors>> errors_;
 };
 
-/// Drives what one map has kept through another.
+/// Replays the drive of one map through another map.
 class Replay {
  public:
   Replay(Stages& known, const Stages& other, const PipelineParams& params)
@@ -283,7 +283,7 @@ class Replay {
     known_.map.addOdometry(sample);
   }
 
-  /// The view that was learned at an experience, as the camera sees it here.
+  /// Shows the view that was learned at an experience, at the present pose.
   void show(std::uint32_t experience, const StampedPose& here) {
     const std::optional<PlaceView> there = other_.pose_cells.cells().viewOf(experience);
     shown_ = experience;
@@ -313,11 +313,11 @@ class Replay {
   bool panoramic_;
   std::uint32_t epoch_ = 0;
   ViewMotion moved_;
-  std::optional<std::uint32_t> shown_;  ///< experience whose view was shown last
+  std::optional<std::uint32_t> shown_;  ///< experience of the last view
   Stamp shown_at_ = 0;
 };
 
-/// Which of two maps began first; of maps that began at once, the one whose bytes come first.
+/// Whether map `a` began before map `b`. Equal stamps are ordered by the bytes of the maps.
 bool beganBefore(const MapCheckpoint& a, const MapCheckpoint& b) {
   const auto begin = [](const MapCheckpoint& map) {
     return map.sessions.empty() ? map.stamp : map.sessions.front().first_stamp;

@@ -15,7 +15,7 @@ constexpr std::uint32_t kStateVersion = 5;
 constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
 
 constexpr std::uint32_t kMostExperiences = 10'000'000;
-constexpr std::size_t kMostGeometry = 20'000;  // that waits: the pose cells are dead
+constexpr std::size_t kMostGeometry = 20'000;  // bound on geometry that waits: the pose cells are dead then
 constexpr std::size_t kMostWaypoints = 100'000;
 
 }  // namespace
@@ -50,7 +50,7 @@ std::vector<Stamp> MapStage::drain(Passing which) {
   std::vector<Stamp> processed;
   gate_.pass(which, [&](const TopologicalAction& action) {
     if (last_processed_ && action.stamp < *last_processed_) {
-      started_ = false;  // the map's clock is set anew: no motion, no time across the jump
+      started_ = false;  // the map's clock is set again: no motion and no time across the jump
       newest_geometry_.reset();
       last_processed_.reset();
     }
@@ -63,7 +63,7 @@ std::vector<Stamp> MapStage::drain(Passing which) {
 }
 
 bool MapStage::geometryIsMissing(Stamp stamp) const {
-  // They come in the order of the images: what a later one has overtaken was told while this map was not there.
+  // Geometry comes in the order of images. If a later one has come, this one was sent before the map started, and is lost.
   const bool will_come =
       geometry_source_ != GeometrySource::kNone && (!newest_geometry_ || stamp > *newest_geometry_);
   return will_come && geometry_.count(stamp) == 0;
@@ -73,7 +73,7 @@ bool MapStage::processOrRefuse(const TopologicalAction& action) {
   try {
     process(action);
     return true;
-  } catch (const std::invalid_argument& e) {  // it is gone; what was processed before it is told all the same
+  } catch (const std::invalid_argument& e) {  // the decision is dropped; earlier ones are still returned
     refusals_.emplace_back(e.what());
   }
   return false;
@@ -160,7 +160,8 @@ void MapStage::process(const TopologicalAction& action) {
   experience_of_[action.dest_id] = translated.dest_id;
 }
 
-/// Whoever does not say its session numbers as the one before it, or else as the map does.
+/// Converts the pose cells' numbers of experiences to those of the map. An action without a session belongs to the last
+/// session; if there was none, its numbers are those of the map.
 TopologicalAction MapStage::inNumbersOfTheMap(TopologicalAction action) {
   if (action.session.id == 0) action.session = session_;
   if (action.session.id == 0) return action;

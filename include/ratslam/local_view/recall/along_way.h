@@ -1,19 +1,20 @@
-/// Where on the way past a place the robot is.
+/// The robot's position along a path past a learned place, from the similarity of the present view to three templates.
 ///
-/// A view changes evenly along a short way: how like it is to one learned d metres away falls by the same for each
-/// metre, whichever way. From how like it is to three views of one way follows where on it that peak lies.
+/// On a short path the similarity of a view to a template falls linearly with the distance between them, at the same
+/// rate in both directions. So the similarities to three templates on the path determine the position of the peak.
 #pragma once
 
 namespace ratslam {
 
 struct LikenessAlong {
-  double distance = 0.0;  ///< on the way, from the middle one of three places [m]
+  double distance = 0.0;  ///< along the path, from the middle one of three places [m]
   double likeness = 0.0;
 };
 
-/// Where a view is most like what was learned on the way between three places, at most half the way to the next on
-/// either side; 0 where the middle one is the least like it, or the places do not follow each other.
-/// @param at  likeness of the middle one   @return distance from the middle place [m]
+/// Position of the largest likeness on a path through three places. It is limited to half the distance to the next
+/// place on either side. @param at  likeness of the middle place
+/// @return distance from the middle place [m]; 0 if the middle one has the least likeness, or the places are not in
+/// order along the path
 double likestBetween(const LikenessAlong& before, double at, const LikenessAlong& after);
 
 }  // namespace ratslam

@@ -7,8 +7,8 @@
 ///      may be longer or shorter than the one driven then by 0.4 of itself, or by more if the odometry says so. On a
 ///      chain with one step a place, 0.1 of the belief stays, 0.8 goes to the next place and 0.1 to the one after it.
 ///      Belief that would leave the links goes to the place not yet known, and so does a two-thousandth of all other
-///      belief (less where the view has not changed). Places learned just now lead nowhere: whoever is there is at a
-///      place not yet known.
+///      belief (less where the view has not changed). Links to the newest places are not followed: that belief goes
+///      to the place not yet known, too.
 ///   2. Begin anywhere (seed). Of the belief in a place not yet known, a share of 1e-4 is spread over the learned
 ///      places; only those that look most like the view are followed.
 ///   3. Veto of odometry (excluded). A place is excluded if dead reckoning puts the robot farther from it than 4
@@ -20,8 +20,8 @@
 ///      the robot was at a known place one view ago. n, from 0 to 1, is the share of the view that the last view did not
 ///      show: of two equal views the second is no further evidence, so a chance likeness does not add up.
 ///      If dead reckoning does not vouch for the way from the place (deadReckoningKnows), a likeness beyond chance
-///      counts for more, by n (z - 6)^2, so that a recall comes soon; if it does, there is time to wait until the place
-///      is seen from where it was learned.
+///      counts for more, by n (z - 6)^2, so that a recall comes soon. If it does, the recall can wait until the robot
+///      is where the place was learned.
 ///      The sideways shift of the view (the lane) is believed in the same way. It changes slowly, and the lane in
 ///      which the place was learned is the likeliest at first.
 ///
@@ -45,14 +45,14 @@ namespace ratslam {
 struct ViewMotion {
   double forward = 0.0;   ///< [m]
   double rotation = 0.0;  ///< [rad]
-  /// Variances of the two [m^2, rad^2], where the odometry says.
+  /// Variances of the two [m^2, rad^2]; none: the odometry does not state them.
   std::optional<double> forward_variance;
   std::optional<double> yaw_variance;
   std::uint32_t epoch = 0;  ///< changes when dead reckoning is broken
-  /// How far it may have gone where nobody measured (standard deviation) [m]: no way is known to lead on from before. An
-  /// odometry that knows by itself how well it has predicted a stretch measures.
+  /// Standard deviation of an unmeasured part of the motion [m]; 0: all of it was measured. No link is made across it.
+  /// A predicted part with the odometry's own covariance counts as measured.
   double unmeasured = 0.0;
-  /// Not measured: each view counts as one step on, and dead reckoning excludes nothing.
+  /// There is no odometry: each view counts as one step forward, and dead reckoning excludes nothing.
   bool assumed = false;
 
   static ViewMotion oneStep() {
@@ -63,14 +63,15 @@ struct ViewMotion {
   }
 };
 
-/// The place most believed in.
+/// The most likely place of the robot.
 struct PlaceClaim {
   std::uint32_t place = 0;
-  double confidence = 0.0;  ///< belief at it, within 2 links of it, and at what is hardly told apart from it
-  /// How far ahead of the place, on the way that was driven then, by the views learned before and after it [m]; 0 where
-  /// they do not tell, the motion is not measured, or the confidence is not above kClaim.
+  double confidence =
+      0.0;  ///< belief in the place, its neighbours within 2 links, and places with nearly the same view
+  /// Distance of the robot ahead of the place, along the path driven then, by the likeness of the neighbouring places
+  /// [m]; 0 if they do not tell, the motion is not measured, or the confidence is not above kClaim.
   double ahead = 0.0;
-  /// Of each variant of the view, how like the place it looks against the others; they sum to 1.
+  /// Relative likeness of each variant of the view to the place; they sum to 1.
   std::vector<double> variant_weights;
 };
 
@@ -89,33 +90,33 @@ inline bool byPlace(const PlaceMass& a, const PlaceMass& b) { return a.place < b
 
 class PlaceBelief {
  public:
-  /// Belief in one claimed place above which it counts as recalled.
+  /// A claimed place counts as recalled if its confidence is above this.
   static constexpr double kClaim = 0.99;
 
   PlaceBelief() = default;
-  /// @param all_round the views look the same whichever way the robot faces
+  /// @param all_round the views do not depend on the robot's heading (panoramic camera)
   explicit PlaceBelief(bool all_round) : all_round_(all_round) {}
 
-  /// The robot has moved since the last view. @param novelty of the view that is to be weighed next, 0 to 1:
-  /// how much of it the last view did not tell (ViewMatcher::novelty)
+  /// Step 1. @param motion since the last view. @param novelty of the next view relative to the last one, 0 to 1
+  /// (ViewMatcher::novelty)
   void move(const ViewMotion& motion, double novelty);
 
-  /// Steps 2 to 4. @param candidates places of lower number than this may be where the robot is.
-  /// @return the place most believed in; none where all belief is in places not yet known.
+  /// Steps 2 to 4. @param candidates only places with a lower number can be recalled.
+  /// @return the most likely place; none if all belief is in places not yet known.
   std::optional<PlaceClaim> weigh(const ViewLikeness& likeness, std::size_t candidates);
 
-  /// Candidates of a view while the robot maps: all but the last 10 learned and, from there back, all that
-  /// still look like the view: the robot has just left them. Not those after which it has driven over known ground for
-  /// longer than 10 places take: it may be back.
+  /// Number of candidates of a view while the robot maps. The 10 newest places are no candidates, because the robot has
+  /// just left them; nor are the places before them as long as they still look like the view. But a place is a
+  /// candidate if the robot has since driven over known ground for more than 10 places: it may be back.
   std::size_t leftBehind(const ViewLikeness& likeness) const;
 
-  /// The robot is at this place, which may be the next new one; the way from the place before is remembered.
+  /// Sets the place of the last view, which may be the next new one. Adds the link from the place before.
   void arrive(std::uint32_t place);
 
-  /// The robot starts anew, most likely somewhere among the learned places, nobody knows where.
+  /// To be called when the robot starts anew at an unknown position, most likely at one of the learned places.
   void wakeUp();
 
-  /// The `count` places most believed in, most first.
+  /// The `count` most likely places, the most likely one first.
   std::vector<PlaceMass> strongest(std::size_t count) const;
   double unknown() const { return unknown_; }
   std::size_t memoryBytes() const;
@@ -138,7 +139,7 @@ class PlaceBelief {
   }
 
  private:
-  /// Of the likeness of all places.
+  /// Mean and deviation of the likeness over all places.
   struct Spread {
     double mean = 0.0;
     double deviation = 1.0;
@@ -146,7 +147,7 @@ class PlaceBelief {
     double standardised(float value) const { return (static_cast<double>(value) - mean) / deviation; }
   };
   static Spread spreadOf(const ViewLikeness& likeness);
-  bool atKnownPlace() const { return at_ && !at_new_; }  // when it saw the last view
+  bool atKnownPlace() const { return at_ && !at_new_; }  // at the last view
   bool excluded(std::uint32_t place) const;
   bool wayIsMeasured(std::uint32_t place) const;
   bool deadReckoningKnows(std::uint32_t place) const;
@@ -163,19 +164,19 @@ class PlaceBelief {
 
   bool all_round_ = false;
   PlaceGraph graph_;
-  std::vector<PlaceMass> active_;  // by place
-  double unknown_ = 1.0;
-  std::vector<double> variants_;  // belief in each
+  std::vector<PlaceMass> active_;  // places with belief, ascending
+  double unknown_ = 1.0;           // belief in a place not yet known
+  std::vector<double> variants_;   // belief in each variant of the view
   DeadReckoning here_;
-  std::optional<std::uint32_t> at_;  // place of the last view
-  bool at_new_ = false;              // which that view was the first of
-  double step_ = 0.0;                // of the last move [m]
-  double since_arrival_ = 0.0;       // way driven since [m]
-  double novelty_since_arrival_ = 0.0;
-  bool waking_ = false;         // no view since wakeUp()
-  std::size_t candidates_ = 0;  // of the last view
-  double novelty_ = 1.0;        // of the view since the last move
-  bool measured_ = false;       // the motion, by odometry
+  std::optional<std::uint32_t> at_;     // place of the last view
+  bool at_new_ = false;                 // it was learned at the last view
+  double step_ = 0.0;                   // distance of the last move [m]
+  double since_arrival_ = 0.0;          // distance driven since arrive() [m]
+  double novelty_since_arrival_ = 0.0;  // sum of the views' novelty since arrive()
+  bool waking_ = false;                 // no view since wakeUp()
+  std::size_t candidates_ = 0;          // of the last view
+  double novelty_ = 1.0;                // of the view since the last move
+  bool measured_ = false;               // odometry has measured the last move
   // Buffers.
   std::vector<PlaceMass> added_;
   std::vector<PlaceAhead> around_;

@@ -1,7 +1,7 @@
-/// The places that views were learned at, as far as recalling them goes: which way leads from one to which
-/// next, how far it is, and where dead reckoning had them when they were last visited.
+/// Graph of the places where views were learned: the paths between them with their lengths, and the dead reckoning at
+/// the last visit of each place.
 ///
-/// Most places are left for the place learned after them: that link is kept with the place, others in a table.
+/// Most places are linked to the place learned after them. The place itself holds that link; a table holds all others.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace ratslam {
 
-/// Where dead reckoning has the robot. Its frame means nothing across epochs.
+/// Pose of the robot by dead reckoning. Poses of different epochs cannot be compared.
 struct DeadReckoning {
   double x = 0.0;  ///< [m]
   double y = 0.0;
-  double way = 0.0;               ///< driven so far [m]
-  double forward_variance = 0.0;  ///< of the way, as far as the odometry says [m^2]
-  double yaw_variance = 0.0;      ///< of the heading [rad^2]
-  double heading = 0.0;           ///< [rad], turns added up
-  double turned = 0.0;            ///< by so much in all, to either side [rad]
+  double way = 0.0;               ///< distance driven so far [m]
+  double forward_variance = 0.0;  ///< of that distance, as stated by the odometry; 0: not stated [m^2]
+  double yaw_variance = 0.0;      ///< of the heading, likewise [rad^2]
+  double heading = 0.0;           ///< sum of the turns [rad]
+  double turned = 0.0;            ///< sum of their absolute values [rad]
   std::uint32_t epoch = 0;
 
   template <class Fields>
@@ -34,7 +34,7 @@ struct DeadReckoning {
   }
 };
 
-/// What a visit leaves with a place, in few bytes.
+/// Dead reckoning at the last visit of a place, in few bytes, and the link to the place learned next.
 struct PlaceVisit {
   float x = 0.0F;  ///< [m]
   float y = 0.0F;
@@ -44,8 +44,8 @@ struct PlaceVisit {
   float turned = 0.0F;   ///< [rad]
   double way = 0.0;      ///< [m]
   std::uint32_t epoch = 0;
-  float to_next = -1.0F;  ///< way to the place learned next [m]; negative: it was not driven
-  float novelty = 1.0F;   ///< of the views from this place to the place learned next, added up
+  float to_next = -1.0F;  ///< length of the path to the place learned next [m]; negative: no link
+  float novelty = 1.0F;   ///< sum of the novelty of the views on that path
 
   template <class Fields>
   void stateFields(Fields&& fields) {
@@ -62,7 +62,7 @@ struct PlaceVisit {
   }
 };
 
-/// A place reached from another, `distance` ahead of it (negative: behind).
+/// A place at a distance ahead of another one [m]; negative: behind it.
 struct PlaceAhead {
   std::uint32_t place = 0;
   double distance = 0.0;
@@ -76,23 +76,23 @@ class PlaceGraph {
   void visit(std::uint32_t place, const DeadReckoning& where);
   const PlaceVisit& lastVisit(std::uint32_t place) const { return visits_[place]; }
 
-  /// The way from one place to another was driven. A second time changes nothing.
-  /// @param novelty  of the views on the way, added up (ViewMatcher::novelty)
+  /// Adds a link for a driven path. Does nothing if the places are linked already.
+  /// @param distance  length of the path [m]  @param novelty  sum of its views' novelty (ViewMatcher::novelty)
   void link(std::uint32_t from, std::uint32_t to, double distance, double novelty);
 
-  /// Places within `ahead` and `behind` metres along the links, this one included, each once, at its shortest
-  /// distance on either side; at least the next link's either way, at most a few dozen.
+  /// Places within `ahead` and `behind` metres along the links, this one included, each once. At least the direct
+  /// neighbours, at most a few dozen.
   void around(std::uint32_t place, double behind, double ahead, std::vector<PlaceAhead>& found) const;
 
-  /// Places at most `links` links away, and those so near that the views between add up to less than `novelty`;
-  /// this one included, at most a few dozen.
+  /// Places at most `links` links away, and places with a total novelty of less than `novelty` in between. This one is
+  /// included. At most a few dozen.
   void within(std::uint32_t place, int links, double novelty, std::vector<std::uint32_t>& found) const;
 
-  /// Mean length of the links at this place [m]; 0 where it has none.
+  /// Mean length of the links of a place [m]; 0 if it has none.
   double spacing(std::uint32_t place) const;
 
-  /// Length of the way from this place to the next of a number below `end`, the mean where there are several;
-  /// where there is none, that from the one before, but not less than `least` [m].
+  /// Length of the stretch of path that a place stands for [m]: the mean distance to the next places with numbers below
+  /// `end`. If there are none, the distance from the place before, but at least `least`.
   double stretch(std::uint32_t place, double least, std::size_t end) const;
 
   std::size_t memoryBytes() const;
@@ -105,7 +105,7 @@ class PlaceGraph {
   }
 
  private:
-  /// A link that is not to the place learned next.
+  /// A link to another place than the one learned next.
   struct Link {
     std::uint32_t from = 0;
     std::uint32_t to = 0;
@@ -125,7 +125,7 @@ class PlaceGraph {
 
   std::vector<PlaceVisit> visits_;
   std::vector<Link> links_;
-  std::unordered_multimap<std::uint32_t, PlaceAhead> others_;  // links_ from both ends
+  std::unordered_multimap<std::uint32_t, PlaceAhead> others_;  // links_ by either end
 };
 
 }  // namespace ratslam

@@ -1,31 +1,32 @@
-/// Where an image was taken relative to a recalled template: two- and three-view geometry of a calibrated
-/// camera (Hartley and Zisserman, Multiple View Geometry, 2003, ch. 9-12).
+/// Pose of an image relative to the image of a recalled template: two- and three-view geometry of a calibrated camera
+/// (Hartley and Zisserman, Multiple View Geometry, 2003, ch. 9-12).
 ///
-/// A template is learned:
-/// 1. ORB features of its image, matched to those of a companion image a few frames earlier.
-/// 2. Relative pose of the two by epipolar consensus and bundle adjustment, and inverse depths of the matched
-///    features in units of the way between the two. Too little parallax: an earlier companion, or none.
+/// Learning of a template:
+/// 1. Extract ORB features of its image, and match them with those of a companion image a few frames earlier.
+/// 2. Estimate the relative pose of the two by epipolar consensus and bundle adjustment, and the inverse depths of
+///    the matched features in units of the distance between the two images. If the parallax is too small, try an
+///    earlier companion. A template may be left without a companion.
 ///
-/// A recall is verified:
-/// 1. ORB features of the present image, matched to the template's.
-/// 2. A first pose by resection against the template's depths; without a companion by epipolar consensus.
-/// 3. Bundle adjustment of template, companion and present image together: heading, offset, and the offset's
-///    length as a ratio to the way companion -> template, with the covariance that the residuals have.
-///    Without a companion only the direction is known, and not even that where a mere rotation explains the
-///    matches.
+/// Verification of a recall:
+/// 1. Extract ORB features of the present image, and match them with the template's.
+/// 2. Estimate a first pose by resection with the template's depths; without a companion by epipolar consensus.
+/// 3. Adjust template, companion and present image together. The results are the heading, the direction of the offset,
+///    and its length as a ratio to the distance companion -> template, with their covariance from the residuals.
+///    Without a companion the length is unknown. If a pure rotation explains the matches, the direction is unknown,
+///    too.
 ///
-/// Three answers: nothing (rejected: the image does not show that place), a geometry with inliers > 0
-/// (confirmed) and one with inliers = 0 (unknown: `vt_verify` is none, the template was dropped, or it has
-/// too few features for any image to be confirmed; the recall is neither supported nor contradicted).
+/// There are three answers: none (rejected: the image does not show that place), a geometry with inliers > 0
+/// (confirmed), and one with inliers = 0 (unknown: `vt_verify` is none, the template was dropped, or it has too few
+/// features for a confirmation).
 ///
-/// Memory: a template takes at most bytesPerTemplate(), 60 bytes a feature and less than a kilobyte beside
-/// (30 kB with 500 features), and all of them at most vt_verify_max_templates times that (150 MB with 5000).
-/// When full, the template whose neighbours were learned closest to each other in time is dropped: what
-/// remains covers the path evenly. Beside them the last 13 grey images are kept, with the features of those
-/// that needed them.
+/// Memory: a template takes at most bytesPerTemplate(): 60 bytes per feature and less than a kilobyte in addition
+/// (30 kB with 500 features). All templates take at most vt_verify_max_templates times that (150 MB with 5000). If
+/// there are too many, the template whose neighbours were learned closest to each other in time is dropped, so that
+/// the others cover the path evenly. The last 13 grey images are kept as well, with the features of those that needed
+/// them.
 ///
-/// Cost: frame() copies an image. A learned or verified image is extracted once, with three times a
-/// template's features so that the template's own are found again.
+/// Cost: frame() copies an image. A learned or verified image is extracted once, with three times as many features as
+/// a template has, so that the template's own features are found again.
 #pragma once
 
 #include <cstdint>
@@ -51,16 +52,16 @@ class RecallGeometryEstimator {
   /// @throws std::invalid_argument for bad parameters or a bad camera
   RecallGeometryEstimator(const RecallGeometryParams& params, const CameraModel& camera);
 
-  /// Told of every image, in order; the last ones serve as companions of templates. Keeps a copy, computes
-  /// nothing. A stamp before the last one forgets the images before it.
+  /// To be called with every image, in order: the last ones serve as companions of templates. Only copies the image.
+  /// If the stamp is earlier than the last one, the earlier images are forgotten.
   /// @throws std::invalid_argument for an empty image, an unknown pixel format or a size unlike the camera's
   void frame(Stamp stamp, const cv::Mat& image);
 
-  /// Told of every learned template and its image. @throws std::invalid_argument as frame()
+  /// To be called with every learned template and its image. @throws std::invalid_argument as frame()
   void learned(Stamp stamp, const cv::Mat& image, std::uint32_t view_id);
 
-  /// Where `image` was taken relative to the image of template `view_id`: nothing, a measurement, or the
-  /// unknown geometry with inliers = 0 (see above). `distance` is never set: only odometry knows it.
+  /// Pose of `image` relative to the image of template `view_id`: none, a measurement, or the unknown geometry with
+  /// inliers = 0 (see above). `distance` is never set, because it needs odometry.
   /// @throws std::invalid_argument as frame()
   std::optional<RecallGeometry> verify(Stamp stamp, const cv::Mat& image, std::uint32_t view_id);
 
@@ -75,7 +76,7 @@ class RecallGeometryEstimator {
 
   const RecallGeometryParams& params() const { return params_; }
 
-  /// Templates and the last images; features of images are found again when they are needed.
+  /// Saves templates and the last images. Features of the images are extracted again when they are needed.
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit
   void load(const State& state);
@@ -89,11 +90,11 @@ class RecallGeometryEstimator {
     void save(State& state) const;
     void load(const State& state);
   };
-  /// What the companion image adds to a feature of a template.
+  /// The companion image of a template, with one entry per feature of the template.
   struct Companion {
     Stamp stamp = 0;
     RecallView view;                        // unit translation
-    std::vector<Eigen::Vector2f> bearings;  // one a feature, NaN where the companion does not show it
+    std::vector<Eigen::Vector2f> bearings;  // NaN if the companion does not show the feature
     std::vector<float> inverse_depths;      // likewise
     std::vector<float> sigmas;              // of the companion's bearings
 
@@ -113,13 +114,13 @@ class RecallGeometryEstimator {
     RecallFeatures features;
     std::optional<Companion> companion;
   };
-  /// A template as a row of a table.
+  /// A template as a row of a table in a State.
   struct TemplateRow;
 
   Frame& present(Stamp stamp, const cv::Mat& image);
   const RecallFeatures& featuresOf(Frame& frame) const;
   std::optional<Companion> companionOf(const RecallFeatures& features, Frame& frame) const;
-  /// Joins the companion to a bundle of template and present image, whose points are those of the matches.
+  /// Adds the companion to a bundle of template and present image, whose points are those of the matches.
   static void addCompanion(RecallBundle& bundle, const Template& then,
                            const std::vector<RecallMatch>& matches);
   void dropOne();
@@ -128,8 +129,8 @@ class RecallGeometryEstimator {
   CameraModel camera_;
   bool active_;
   std::deque<Frame> ring_;
-  std::map<std::uint32_t, std::shared_ptr<const Template>>
-      templates_;  ///< shared with States: nobody changes one
+  /// States share the templates, so templates never change.
+  std::map<std::uint32_t, std::shared_ptr<const Template>> templates_;
 };
 
 }  // namespace ratslam

@@ -7,7 +7,7 @@ namespace ratslam {
 double likestBetween(const LikenessAlong& before, double at, const LikenessAlong& after) {
   const double behind = -before.distance;
   if (!(behind > 0.0) || !(after.distance > 0.0)) return 0.0;
-  // The peak lies on the side that is more like the view, so what falls by each metre is told by the other side.
+  // The peak is on the side with more likeness. So the other side gives the fall per metre.
   const double slope = std::max((at - before.likeness) / behind, (at - after.likeness) / after.distance);
   if (!(slope > 0.0)) return 0.0;
   const double peak = (after.likeness - before.likeness + slope * (after.distance - behind)) / (2.0 * slope);

@@ -8,61 +8,62 @@
 namespace ratslam {
 namespace {
 
-constexpr double kSharpness = 0.7;  // evidence of a likeness z that wrong places reach as well
-constexpr double kChance = 6.0;     // z that they do not reach, but for one view in a hundred
-constexpr double kBeyond = 1.0;     // evidence of the square of what z exceeds it by
-// Of a place not yet known. Where odometry measures, as much as the way through wrong places reaches that looks
-// most alike (over ten views, in the mean: KITTI 00 2.4, synthetic towns 2.7, Nordland 2.3): the robot knows its
-// way meanwhile, and a false recall would bend its map.
+constexpr double kSharpness =
+    0.7;  // evidence per unit of z; small, because wrong places can also have a large z
+constexpr double kChance = 6.0;  // wrong places exceed this z for one view in a hundred only
+constexpr double kBeyond = 1.0;  // evidence per square of z - kChance
+// The z of a place not yet known, if odometry measures the motion: the z of the most similar path through wrong places
+// (mean over ten views: KITTI 00 2.4, synthetic towns 2.7, Nordland 2.3). It may be large, because the robot knows its
+// position by odometry meanwhile, and a false recall would bend its map.
 constexpr double kUnknownZ = 2.5;
-// Where each image counts as one step, so that the recall is all there is, and for who has just been at a known place:
-// what is known would be learned anew wherever the view is a little different.
+// The same if each image counts as one step, so that only recalls tell the position, or if the robot was at a known
+// place at the last view. With a larger z known places would be learned again whenever the view differs a little.
 constexpr double kUnknownZToStay = 0.8;
-constexpr double kLeave = 0.0005;       // share that takes a way not yet known, a view
-constexpr double kAnywhere = 1e-4;      // share of the unknown that may be at any known place, a view
-constexpr double kElsewhere = 0.01;     // of waking up at a place not yet known
-constexpr double kLaneChange = 0.02;    // share of the belief in shifts that is forgotten, a view
-constexpr double kBlur = 0.4;           // of the way, by which it may be longer or shorter than then
-constexpr double kRelativeError = 0.1;  // of odometry that does not say how well it knows its motion
-constexpr double kLeastError = 0.03;    // of any odometry: its covariance does not know of all that is wrong
-constexpr double kTurnError = 0.1;      // of all that was turned, by odometry that does not say
-constexpr double kLeastTurnError = 0.01;  // by any odometry
+constexpr double kLeave = 0.0005;       // probability per view to leave the known paths
+constexpr double kAnywhere = 1e-4;      // probability per view that an unknown place is a known one
+constexpr double kElsewhere = 0.01;     // probability to wake up at a place not yet known
+constexpr double kLaneChange = 0.02;    // share of the belief in variants that is forgotten per view
+constexpr double kBlur = 0.4;           // relative difference in length between the path now and then
+constexpr double kRelativeError = 0.1;  // relative error of the distance by an odometry without covariance
+constexpr double kLeastError = 0.03;    // the same for any odometry: covariances leave out systematic errors
+constexpr double kTurnError = 0.1;      // error of the heading / sum of all turns, without covariance
+constexpr double kLeastTurnError = 0.01;  // the same for any odometry
 constexpr double kOtherView =
     M_PI / 4;                           // turned by more, a camera that looks ahead sees something else [rad]
-constexpr double kVeto = 4.0;           // standard deviations
-constexpr double kVetoSpacings = 2.0;   // distances between places within which nothing is told apart
-constexpr std::size_t kFollowed = 128;  // places a view that belief may begin at
-constexpr std::size_t kFewest = 20;     // places of which a spread of likeness can be told
-constexpr std::size_t kJustLearned = 10;  // places
-constexpr double kStillLikeness = 2.0;    // z of places that the robot has just left
-constexpr double kPruned = 1e-3;          // of what one place gets of "anywhere": less is given up
+constexpr double kVeto = 4.0;           // distance from which a place is excluded [standard deviations]
+constexpr double kVetoSpacings = 2.0;   // allowance in addition [distances between places]
+constexpr std::size_t kFollowed = 128;  // number of places per view at which belief may begin
+constexpr std::size_t kFewest = 20;     // with fewer places the spread of the likeness is not known
+constexpr std::size_t kJustLearned = 10;  // number of newest places that are no candidates
+constexpr double kStillLikeness = 2.0;    // with a larger z the robot has only just left a place
+constexpr double kPruned = 1e-3;  // belief below this share of a place's belief by "anywhere" is dropped
 
-/// Logarithm of how much more likely a view of this likeness is at its place than anywhere: small ones say little, as those
-/// of neighbours in time agree.
+/// Logarithm of the likelihood ratio of a view with this z: at the place against anywhere. It is small, because the
+/// likeness of consecutive views is correlated.
 double evidence(double z) { return kSharpness * z; }
 
-/// What a likeness beyond chance says in addition: by chance they are normally distributed.
+/// Additional evidence of a likeness beyond chance. By chance z is normally distributed, hence the square.
 double evidenceBeyondChance(double z) {
   const double beyond = std::max(z - kChance, 0.0);
   return kBeyond * beyond * beyond;
 }
 
-/// Twice integrated, a box of half-width `blur` about 0.
+/// Second integral of a box distribution of half-width `blur` about 0.
 double ramp(double x, double blur) {
   if (x <= -blur) return 0.0;
   if (x >= blur) return x;
   return (x + blur) * (x + blur) / (4.0 * blur);
 }
 
-/// What lies between `begin` and `end` of something that is anywhere on a stretch of `length` from 0 and has
-/// been moved by up to `blur`.
+/// Probability of the interval [begin, end] for a position that is uniform on [0, length] plus a uniform error of up to
+/// `blur`.
 double shareBetween(double begin, double end, double length, double blur) {
   return std::max(ramp(end, blur) - ramp(end - length, blur) - ramp(begin, blur) + ramp(begin - length, blur),
                   0.0) /
          length;
 }
 
-/// The likeness of a place at the shift where it is largest.
+/// The largest likeness of a place over all variants of the view.
 float likest(const ViewLikeness& likeness, std::size_t place) {
   float largest = likeness.row(0)[place];
   for (std::size_t v = 1; v < likeness.variants; ++v) largest = std::max(largest, likeness.row(v)[place]);
@@ -94,7 +95,7 @@ void PlaceBelief::move(const ViewMotion& motion, double novelty) {
   here_.y += motion.forward * std::sin(here_.heading);
   here_.way += std::abs(motion.forward);
   const double by_default = kRelativeError * std::abs(motion.forward);
-  // What the odometry does not say counts as a share of the way, which adds up by itself in excluded().
+  // For an odometry without covariance, excluded() uses a share of the distance driven.
   if (motion.forward_variance) here_.forward_variance += *motion.forward_variance;
   if (motion.yaw_variance) here_.yaw_variance += *motion.yaw_variance;
   here_.epoch = motion.epoch;
@@ -113,10 +114,10 @@ void PlaceBelief::move(const ViewMotion& motion, double novelty) {
   collect(graph_.size());
 }
 
-/// Moves what is at one place along its links; what would go beyond their end is at a place not yet known.
+/// Moves the belief in one place along its links. Belief that would pass their end goes to the place not yet known.
 void PlaceBelief::handOn(const PlaceMass& from, double driven, double sigma) {
   const double mass = (1.0 - kLeave * novelty_) * from.mass;
-  // A place is the stretch of the way from where it was learned to the next: where on it, nobody knows.
+  // A place stands for the stretch of path up to the next place. The position on it is unknown.
   const double least = std::max(std::abs(driven), 1e-9);
   const double length = graph_.stretch(from.place, least, candidates_);
   const double blur = std::max(kBlur * std::abs(driven), sigma) + 1e-9;
@@ -135,9 +136,10 @@ void PlaceBelief::handOn(const PlaceMass& from, double driven, double sigma) {
   }
 }
 
-/// Makes active_ of what has been added, in the order of places.
+/// Sums the entries of added_ by place into active_, in ascending order.
 void PlaceBelief::collect(std::size_t places) {
-  std::stable_sort(added_.begin(), added_.end(), byPlace);  // the order of equals decides about the bits
+  std::stable_sort(added_.begin(), added_.end(),
+                   byPlace);  // a fixed order of equal places fixes the bits of sums
   active_.clear();
   const double least = kPruned * kAnywhere / static_cast<double>(std::max<std::size_t>(places, 1));
   for (std::size_t i = 0; i < added_.size();) {
@@ -182,7 +184,7 @@ std::size_t PlaceBelief::leftBehind(const ViewLikeness& likeness) const {
     return spread.standardised(likest(likeness, place)) > kStillLikeness;
   };
   std::size_t end = likeness.places;
-  double learned = 0.0;  // way over which the places from the end on were learned
+  double learned = 0.0;  // length of the path on which the places from `end` on were learned
   const auto left_long_ago = [&](std::size_t index) {
     const auto place = static_cast<std::uint32_t>(index);
     const PlaceVisit& visit = graph_.lastVisit(place);
@@ -203,9 +205,9 @@ void PlaceBelief::seedEverywhere(std::size_t candidates) {
   unknown_ = kElsewhere;
 }
 
-/// Lets belief begin at the places most like the view.
+/// Moves a share of the belief in a place not yet known to the most similar places.
 void PlaceBelief::seed(const ViewLikeness& likeness, std::size_t candidates) {
-  std::vector<std::pair<float, std::uint32_t>> best;  // a heap, the least of them first
+  std::vector<std::pair<float, std::uint32_t>> best;  // a heap with the least similar one first
   const auto more = [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first > b.first : a.second < b.second;
   };
@@ -281,7 +283,7 @@ bool PlaceBelief::wayIsMeasured(std::uint32_t place) const {
   return measured_ && graph_.lastVisit(place).epoch == here_.epoch;
 }
 
-/// Whether it has, and says how well.
+/// Whether odometry has measured that way and states its covariance.
 bool PlaceBelief::deadReckoningKnows(std::uint32_t place) const {
   return here_.forward_variance > 0.0 && here_.yaw_variance > 0.0 && wayIsMeasured(place);
 }
@@ -291,7 +293,7 @@ void PlaceBelief::arrive(std::uint32_t place) {
   if (is_new) graph_.add();
   graph_.visit(place, here_);
   if (at_ == place) return;
-  // Between known places the links are there: what belief does not follow would only blur them.
+  // Known places have their links already. More links between them would only blur the belief.
   if (at_ && (is_new || at_new_)) graph_.link(*at_, place, since_arrival_, novelty_since_arrival_);
   at_ = place;
   at_new_ = is_new;

@@ -1,4 +1,4 @@
-// What a belief over places claims.
+// The claim of a belief over places.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -10,8 +10,8 @@ namespace ratslam {
 namespace {
 
 constexpr int kClaimLinks = 2;
-constexpr double kClaimNovelty = 1.0;  // views that add up to less tell their places hardly apart
-// The next place on the way may be meant as well if it has this share of what the most believed one has.
+constexpr double kClaimNovelty = 1.0;  // with less novelty between them two places have nearly the same view
+// A place on the robot's way can be claimed instead of the most likely one if it has at least this share of its belief.
 constexpr double kPlausible = 0.05;
 
 }  // namespace
@@ -25,7 +25,7 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
   std::vector<std::uint32_t> near;
   graph_.within(claim.place, kClaimLinks, kClaimNovelty, near);
   for (const std::uint32_t place : near) claim.confidence += massOf(place);
-  // Several places of one stretch of road, learned before the robot knew that it was there again, share the belief.
+  // If a road was learned twice, before the robot recalled it, its places share the belief. Continuity decides then.
   const std::optional<PlaceMass> next = onTheWay();
   if (next && claim.confidence <= kClaim && next->mass >= kPlausible * most.mass) {
     claim.place = next->place;
@@ -42,7 +42,7 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
   return claim;
 }
 
-/// The nearest places before and after one on the ways driven; only such as the robot may be at.
+/// The nearest candidates before and after a place along its links.
 std::pair<std::optional<PlaceAhead>, std::optional<PlaceAhead>> PlaceBelief::neighbours(
     std::uint32_t place) const {
   std::vector<PlaceAhead> near;
@@ -57,8 +57,8 @@ std::pair<std::optional<PlaceAhead>, std::optional<PlaceAhead>> PlaceBelief::nei
   return {before, after};
 }
 
-/// How far ahead of a place the robot is by the places learned before and after it: at most as far as half the way beyond
-/// the next one, since belief lags behind what the last view shows.
+/// Distance of the robot ahead of a place, from the likeness of its neighbours. It can pass the next place by half the
+/// distance to the one after it, because belief lags behind the last view.
 double PlaceBelief::aheadOf(std::uint32_t place, const ViewLikeness& likeness) const {
   const auto believed = [&](std::uint32_t at) {
     double sum = 0.0;
@@ -78,8 +78,8 @@ double PlaceBelief::aheadOf(std::uint32_t place, const ViewLikeness& likeness) c
                                          {after->distance, believed(after->place)});
 }
 
-/// The most believed of the places that are on the way from the known one where the robot was when it saw the last view;
-/// none where dead reckoning does not say how well it knows: what looks alike elsewhere would not be excluded.
+/// The most likely place among those that the robot can reach from the known place of the last view. None unless dead
+/// reckoning vouches for it: otherwise similar places elsewhere would not have been excluded.
 std::optional<PlaceMass> PlaceBelief::onTheWay() const {
   if (!atKnownPlace() || *at_ >= candidates_) return std::nullopt;
   const double reach = graph_.stretch(*at_, std::max(step_, 1e-9), candidates_) + 2.0 * step_;
@@ -94,7 +94,7 @@ std::optional<PlaceMass> PlaceBelief::onTheWay() const {
   return best;
 }
 
-/// What is believed of one place.
+/// The belief in one place.
 double PlaceBelief::massOf(std::uint32_t place) const {
   const auto found = std::lower_bound(active_.begin(), active_.end(), PlaceMass{place, 0.0}, byPlace);
   return found != active_.end() && found->place == place ? found->mass : 0.0;

@@ -22,7 +22,7 @@ void PlaceGraph::visit(std::uint32_t place, const DeadReckoning& where) {
   visit.epoch = where.epoch;
 }
 
-/// Calls visit(place, signed distance) for the ends of all links of a place, in a fixed order.
+/// Calls visit(neighbour, signed distance) for all links of a place, in a fixed order.
 template <class Visit>
 void PlaceGraph::eachNeighbour(std::uint32_t place, Visit&& visit) const {
   if (visits_[place].to_next >= 0.0F) visit(place + 1, static_cast<double>(visits_[place].to_next));
@@ -69,7 +69,7 @@ void PlaceGraph::around(std::uint32_t place, double behind, double ahead,
     const bool expands = from.distance <= ahead && from.distance >= -behind;
     if (!expands) continue;
     eachNeighbour(from.place, [&](std::uint32_t other, double distance) {
-      // Only on outwards: who came from behind goes no further ahead by turning back.
+      // Only outwards: the search does not turn back.
       const bool outwards = from.distance == 0.0 || (from.distance > 0.0) == (distance > 0.0);
       const auto same = [other](const PlaceAhead& seen) { return seen.place == other; };
       if (!outwards || std::any_of(found.begin(), found.end(), same)) return;

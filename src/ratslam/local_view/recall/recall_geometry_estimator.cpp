@@ -15,14 +15,13 @@
 namespace ratslam {
 namespace {
 
-constexpr std::array<std::size_t, 3> kCompanionGaps{3, 6,
-                                                    12};  // frames before the template's, in order of trial
+// Distance of companions from the template [frames], in order of trial.
+constexpr std::array<std::size_t, 3> kCompanionGaps{3, 6, 12};
 constexpr std::size_t kRing = kCompanionGaps.back() + 1;
-constexpr double kMinDepthSignal = 5.0;  // median inverse depth of companion matches, in its own sigmas
-constexpr double kMinCompanionShare =
-    0.5;                    // of the matches that agree: fewer, and their agreement may be chance
-constexpr int kDenser = 3;  // features of a present or companion image for each one of a template
-// Of the inliers that a mere rotation keeps: more, and it is the model.
+constexpr double kMinDepthSignal = 5.0;     // least median inverse depth of companion matches, in its sigmas
+constexpr double kMinCompanionShare = 0.5;  // least share of inliers; with fewer they may agree by chance
+constexpr int kDenser = 3;  // features of a present or companion image / features of a template
+// If a pure rotation keeps at least this share of the inliers, it is the model.
 constexpr double kMaxRotationShare = 0.9;
 
 RecallPair pairOf(const RecallFeatures& anchor, const RecallFeatures& other, const RecallMatch& match) {
@@ -33,7 +32,7 @@ RecallPair pairOf(const RecallFeatures& anchor, const RecallFeatures& other, con
           std::nullopt};
 }
 
-/// Two views as a bundle: one point and one observation a pair.
+/// Two views as a bundle, with one point and one observation per pair.
 RecallBundle bundleOf(const RecallView& view, const std::vector<RecallPair>& pairs) {
   RecallBundle bundle;
   bundle.views = {view};
@@ -47,7 +46,7 @@ RecallBundle bundleOf(const RecallView& view, const std::vector<RecallPair>& pai
   return bundle;
 }
 
-/// Median over a bundle's inlier points of inverse depth / its sigma: how far parallax stands out from noise.
+/// Signal-to-noise ratio of the parallax: median of inverse depth / its sigma over a bundle's inlier points.
 double depthSignal(const RecallBundle& bundle) {
   std::vector<double> signals;
   for (const RecallObservation& seen : bundle.observations) {
@@ -60,11 +59,11 @@ double depthSignal(const RecallBundle& bundle) {
   return *middle;
 }
 
-/// Fills in what the pose of the present image says, seen from the template's camera (x forward, y left).
+/// Fills in the geometry from the pose of the present image, in the axes of the template's camera (x forward, y left).
 /// @param covariance of the view's (rotation, translation), 6 x 6
 void describe(const RecallView& view, const Eigen::MatrixXd& covariance, RecallGeometry& geometry) {
   const Eigen::Matrix3d back = view.R.transpose();
-  // Camera axes (x right, z forward) to planar ones (x forward, y left).
+  // Converts camera axes (x right, z forward) to planar axes (x forward, y left).
   Eigen::Matrix<double, 2, 3> plane;
   plane << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0;
 
@@ -111,13 +110,13 @@ void RecallGeometryEstimator::requireSize(const cv::Mat& image) const {
 RecallGeometryEstimator::Frame& RecallGeometryEstimator::present(Stamp stamp, const cv::Mat& image) {
   requireSize(image);
   cv::Mat grey = eightBitGrey(image);
-  // The caller's memory changes with the next image.
+  // The caller may reuse its memory for the next image.
   if (grey.data == image.data) grey = grey.clone();
   if (!ring_.empty() && stamp < ring_.back().stamp) ring_.clear();
   if (!ring_.empty() && stamp == ring_.back().stamp) {
     Frame& last = ring_.back();
     if (std::equal(grey.datastart, grey.dataend, last.grey.datastart)) return last;
-    ring_.pop_back();  // another image of the same time takes its place
+    ring_.pop_back();  // another image with the same stamp replaces it
   }
   ring_.push_back({stamp, std::move(grey), std::nullopt});
   if (ring_.size() > kRing) ring_.pop_front();

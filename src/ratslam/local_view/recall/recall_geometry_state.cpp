@@ -29,7 +29,7 @@ struct RecallGeometryEstimator::TemplateRow {
   Stamp stamp = 0;
   std::vector<Eigen::Vector2f> bearings;
   std::vector<float> sigmas;
-  std::vector<std::uint8_t> descriptors;  ///< kRecallDescriptorBytes a feature
+  std::vector<std::uint8_t> descriptors;  ///< kRecallDescriptorBytes per feature
   std::optional<Companion> companion;
 
   static TemplateRow of(std::uint32_t id, const Template& each) {
@@ -40,7 +40,7 @@ struct RecallGeometryEstimator::TemplateRow {
     }
     return row;
   }
-  /// @param table  that it is from. @throws std::runtime_error naming it where the features do not belong together
+  /// @param table  of this row. @throws std::runtime_error naming it if the sizes of the features do not fit together
   std::shared_ptr<const Template> original(const State& table) const {
     const std::size_t count = bearings.size();
     bool fits = sigmas.size() == count && descriptors.size() == count * kRecallDescriptorBytes;
