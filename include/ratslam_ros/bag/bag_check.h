@@ -1,8 +1,8 @@
-/// Looks at the lengths and places in a bag's records before rosbag does, which believes them: it allocates what
-/// a length says and reads where an index points.
+/// Checks the lengths and positions in a bag's records before rosbag uses them. rosbag does not check them: it allocates
+/// any length and reads at any position that an index names.
 ///
-/// The file is gone through once, when it is opened. What a compressed chunk holds can be seen only once it is unpacked:
-/// that is done when a message of it is about to be read, chunk by chunk, as rosbag does it afterwards.
+/// The file is read once, when it is opened. Compressed chunks are checked later, one by one, each before its first
+/// message is read, because they must be unpacked for it.
 #pragma once
 
 #include <cstdint>
@@ -15,30 +15,30 @@ namespace ratslam {
 
 class BagCheck {
  public:
-  /// A compressed chunk that has not been looked into.
+  /// A compressed chunk that has not been checked.
   struct PackedChunk {
     std::uint64_t at = 0;    ///< byte of the file at which its record begins
-    std::uint64_t data = 0;  ///< byte at which what is packed begins, `length` bytes
+    std::uint64_t data = 0;  ///< byte at which its packed data begin, `length` bytes
     std::uint64_t length = 0;
-    std::uint64_t unpacked = 0;           ///< bytes that its header says it unpacks to
+    std::uint64_t unpacked = 0;           ///< unpacked size by its header [bytes]
     std::string compression;              ///< bz2 or lz4
-    Stamp first = 0;                      ///< when its first message was recorded, as the index says
-    std::vector<std::uint32_t> messages;  ///< where they begin once it is unpacked, as the index says
+    Stamp first = 0;                      ///< time of recording of its first message, by the index
+    std::vector<std::uint32_t> messages;  ///< position of each message in the unpacked data, by the index
   };
 
-  /// Records lie one behind the other within the file, indexes point at messages within their chunk, and no chunk
-  /// claims to unpack to far more than it is.
+  /// Checks that records follow each other within the file, that indexes point at messages within their chunk, and that
+  /// no chunk claims to unpack to far more than its size.
   /// @throws std::runtime_error naming the file and the byte at which it is damaged
   explicit BagCheck(const std::string& path);
 
-  /// Looks into the compressed chunks whose messages begin up to this time, each once.
-  /// @throws std::runtime_error naming the file and the byte of a chunk that does not unpack to what its header says, or
-  /// in which no message lies where the index says so
+  /// Checks the compressed chunks whose messages begin up to this time, each once.
+  /// @throws std::runtime_error naming the file and the byte of a chunk that does not unpack to the size in its header,
+  /// or has no message at a position of the index
   void beforeReading(Stamp recorded);
 
  private:
   std::string path_;
-  std::vector<PackedChunk> packed_;  ///< the next one last
+  std::vector<PackedChunk> packed_;  ///< in reverse order: the next one is last
 };
 
 }  // namespace ratslam

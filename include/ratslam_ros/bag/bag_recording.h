@@ -1,6 +1,5 @@
-/// A bag as a recording: its images and, on request, its odometry in the order in which they were recorded,
-/// decoded as the nodes decode them. What the odometry says of itself beyond nav_msgs/Odometry is taken from the topic
-/// beside it (odom -> odom_quality), where the bag has it.
+/// A bag as a recording: its images and, on request, its odometry in the order of recording. Messages are decoded as in
+/// the nodes. The quality of the odometry is read from the topic beside it (odom -> odom_quality), if the bag has it.
 #pragma once
 
 #include <rosbag/bag.h>
@@ -22,28 +21,27 @@ namespace ratslam {
 struct BagTopics {
   std::string images;          ///< sensor_msgs/Image or CompressedImage; empty: the only such topic
   std::string odometry;        ///< nav_msgs/Odometry; empty: the only such topic named .../odom
-  bool with_odometry = false;  ///< whether odometry is wanted at all
+  bool with_odometry = false;  ///< whether to read odometry
 };
 
 class BagRecording : public Recording {
  public:
-  /// @throws std::runtime_error, one line: the file is missing, empty, truncated, without an index (rosbag
-  /// reindex) or no bag; a topic is missing, of another type or not the only one (with the topics there are
-  /// and their types)
+  /// @throws std::runtime_error with one line: the file is missing, empty, truncated, without an index (rosbag reindex)
+  /// or no bag; or a topic is missing, of another type or not the only one (the line then lists the topics and types)
   BagRecording(const std::string& path, const BagTopics& topics, const ImageLimits& limits = {});
 
-  /// @throws std::runtime_error naming the file where it cannot be read any further
+  /// @throws std::runtime_error naming the file if it cannot be read any further
   std::optional<RecordedItem> next() override;
   std::size_t imageCount() const override { return image_count_; }
 
   const BagTopics& topics() const { return topics_; }
 
   /// Calibration in the first usable camera_info message beside the images; none without such a topic.
-  /// @throws std::runtime_error naming bag, topic and reason where no message of it is usable
+  /// @throws std::runtime_error naming bag, topic and reason if none of its messages is usable
   std::optional<CameraModel> camera() const override;
 
  private:
-  /// Of the first images that can be read, the most frequent size first; one that is empty where none can.
+  /// Sizes of the first readable images, the most frequent one first; one empty size if none is readable.
   std::vector<cv::Size> firstImageSizes() const;
   void readQualities();
 
@@ -51,7 +49,7 @@ class BagRecording : public Recording {
   BagTopics topics_;
   ImageLimits limits_;
   rosbag::Bag bag_;
-  mutable BagCheck check_;  ///< before each message that is read, as rosbag unpacks chunks
+  mutable BagCheck check_;  ///< called before each message is read
   std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;
   std::unique_ptr<rosbag::View> view_;
   rosbag::View::iterator position_;

@@ -1,7 +1,7 @@
-/// ratslam_lv: camera/image -> LocalView/Template by the local view cells (docs/model.md section 1), and
-/// LocalView/View to look at. Where recalls are a matter of belief (vt_recall), odom moves it, merged with the
-/// images by stamp. Where image geometry verifies recalls (vt_verify), also camera/camera_info ->
-/// LocalView/RecallGeometry, one message an image.
+/// ratslam_lv: camera/image -> LocalView/Template by the local view cells (docs/model.md section 1), and the picture
+/// LocalView/View. With vt_recall belief it also subscribes to odom, which is merged with the images by stamp. With
+/// vt_verify orb it also subscribes to camera/camera_info. With either it publishes LocalView/RecallGeometry, one
+/// message per image.
 #pragma once
 
 #include <optional>
@@ -26,7 +26,7 @@ class LocalViewNode {
   /// @throws std::invalid_argument for bad parameters
   LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
-  /// Writes what it has learned; to be called when the node ends.
+  /// Writes the last checkpoint. To be called when the node ends.
   void finish();
 
  private:
@@ -43,14 +43,14 @@ class LocalViewNode {
   NodeCheckpoints checkpoints_;
   PartCommands commands_;
   NumberSession session_;
-  std::vector<ros::Publisher> outputs_;  ///< templates and, where recalls are verified, geometry
+  std::vector<ros::Publisher> outputs_;  ///< templates and, if there is any, recall geometry
   LazyPicture picture_;
   OdometrySubscriber odometry_;
   SyncTimeout odometry_timeout_;
   CountedWarning went_on_without_;
   MessageGuard guard_;
   std_msgs::Header last_header_;
-  cv::Mat last_image_;  ///< to draw
+  cv::Mat last_image_;  ///< for the picture
   CalibratedImages images_;
   NodeDiagnostics diagnostics_;
   StageTuning<LocalViewStage, LocalViewParams> tuning_;

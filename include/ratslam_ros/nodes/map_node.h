@@ -1,5 +1,5 @@
-/// ratslam_em: odom and the decisions of the pose cells -> experience map, robot pose, map -> odom,
-/// trajectories, path to a goal (docs/model.md section 3), the streams merged by stamp.
+/// ratslam_em: odom and the decisions of the pose cells -> experience map, robot pose, map -> odom, trajectories, path
+/// to a goal (docs/model.md section 3). The streams are merged by stamp.
 #pragma once
 
 #include <geometry_msgs/PoseStamped.h>
@@ -31,7 +31,7 @@ class MapNode {
   /// @throws std::invalid_argument for bad parameters
   MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
-  /// Publishes the map a last time and writes the trajectories; to be called when the node ends.
+  /// Publishes the map a last time and writes the trajectories. To be called when the node ends.
   void finish();
 
  private:
@@ -47,7 +47,7 @@ class MapNode {
 
   ros::NodeHandle handle_;
   NodeParams params_;
-  GeometrySource geometry_;  ///< of the RecallGeometry that decisions come with
+  GeometrySource geometry_;  ///< source of the decisions' RecallGeometry
   MapStage stage_;
   NodeCheckpoints checkpoints_;
   PartCommands commands_;

@@ -21,7 +21,7 @@ class OrbOdometryNode {
   /// @throws std::invalid_argument for bad parameters
   OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
-  /// Writes where it is; to be called when the node ends.
+  /// Writes the last checkpoint. To be called when the node ends.
   void finish();
 
  private:

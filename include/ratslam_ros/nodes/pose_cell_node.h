@@ -1,5 +1,5 @@
 /// ratslam_pc: odom and LocalView/Template -> PoseCell/TopologicalAction and PoseCell/State by the pose cells
-/// (docs/model.md section 2), the two merged by stamp, and PoseCell/Activity to look at.
+/// (docs/model.md section 2), and the picture PoseCell/Activity. The two inputs are merged by stamp.
 #pragma once
 
 #include <optional>
@@ -27,7 +27,7 @@ class PoseCellNode {
   /// @throws std::invalid_argument for bad parameters
   PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
-  /// Writes what it has learned; to be called when the node ends.
+  /// Writes the last checkpoint. To be called when the node ends.
   void finish();
 
  private:

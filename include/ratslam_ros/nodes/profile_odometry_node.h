@@ -19,7 +19,7 @@ class ProfileOdometryNode {
   /// @throws std::invalid_argument for bad parameters
   ProfileOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters, const ros::NodeHandle& own);
 
-  /// Writes where it is; to be called when the node ends.
+  /// Writes the last checkpoint. To be called when the node ends.
   void finish() { checkpoints_.finish(); }
 
  private:

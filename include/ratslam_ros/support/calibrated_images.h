@@ -1,7 +1,8 @@
-/// Images for models that need to know their camera.
+/// Images for models that need the camera's calibration.
 ///
-/// A calibration among the parameters (camera_fx ...) comes before camera/camera_info, of which the first usable one for
-/// images of the size that comes counts. Without either the images wait, and a warning says how to supply one.
+/// A calibration in the parameters (camera_fx ...) has precedence. Otherwise the first usable message of
+/// camera/camera_info for the size of the images counts. Without any calibration the images wait, and a warning says how
+/// to supply one.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
@@ -20,7 +21,7 @@ class CalibratedImages {
  public:
   using CameraHandler = std::function<void(const CameraModel&)>;
 
-  /// @param on_camera  gets the calibration, once, before the first image; none: no calibration is needed
+  /// @param on_camera  receives the calibration once, before the first image; empty: no calibration is needed
   CalibratedImages(const ros::NodeHandle& handle, const ParameterMap& parameters, CameraHandler on_camera,
                    ImageSubscriber::Handler on_image);
 
@@ -29,13 +30,13 @@ class CalibratedImages {
   const ImageSubscriber& subscriber() const { return images_; }
   ImageSubscriber& subscriber() { return images_; }
 
-  /// To be called every second or so.
+  /// To be called about every second.
   void warnIfSomethingNeverCame();
 
  private:
   void onCameraInfo(const sensor_msgs::CameraInfo& message);
   void onWaitingImage(const RecordedImage& image);
-  /// Begins with the first calibration that fits the newest image, where there are both.
+  /// Starts with the first calibration that fits the newest image, if there are both.
   void chooseCamera();
   void sayUnusable(const std::string& why);
 
@@ -43,8 +44,8 @@ class CalibratedImages {
   std::optional<CameraModel> configured_;
   CameraHandler on_camera_;
   bool ready_ = false;
-  std::vector<sensor_msgs::CameraInfo> infos_;  ///< before it is ready: the first of each size
-  std::optional<RecordedImage> newest_;         ///< of the images that wait
+  std::vector<sensor_msgs::CameraInfo> infos_;  ///< the first message for each size, until the start
+  std::optional<RecordedImage> newest_;         ///< newest waiting image
   ImageSubscriber images_;
   StreamWatch camera_info_watch_;
   ros::Subscriber camera_info_subscriber_;

@@ -1,4 +1,4 @@
-/// A camera's calibration out of sensor_msgs/CameraInfo.
+/// Reads a camera's calibration from sensor_msgs/CameraInfo.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
@@ -10,13 +10,13 @@
 
 namespace ratslam {
 
-/// Whether a topic's images are rectified, by the name that image_proc gives it: image_rect, image_rect_color.
+/// Whether a topic's images are rectified, by image_proc's names: image_rect, image_rect_color.
 bool isRectifiedTopic(const std::string& image_topic);
 
-/// @param rectified   the images are rectified: their camera is P, which has no lens; else K and D
-/// @param image_size  of the images [px], where it is known: that of the message must be the same, unless it has none;
-///                    a message that holds P alone is of rectified images
-/// @throws std::invalid_argument where the message holds no usable calibration, or one for images of another size
+/// @param rectified   whether the images are rectified: then their camera is P without a lens, otherwise K and D. A
+///                    message with P alone is for rectified images
+/// @param image_size  of the images [px], if known. The message must have the same size or none
+/// @throws std::invalid_argument if the message has no usable calibration, or one for another size
 CameraModel cameraFromMessage(const sensor_msgs::CameraInfo& message, bool rectified = false,
                               const cv::Size& image_size = {});
 

@@ -1,5 +1,5 @@
-/// Where the camera sits on the robot, by tf: base_frame -> the camera's optical frame, looked up once. What it is at is
-/// logged as parameters, with which a run without tf is the same.
+/// The camera's pose on the robot from tf: base_frame -> the camera's optical frame. It is looked up once, and logged as
+/// parameters with which a run without tf is the same.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -17,7 +17,7 @@ namespace ratslam {
 
 class CameraMount {
  public:
-  /// Calls `known` once `params` has its mount: at once where it names no camera_frame.
+  /// Calls `known` once `params` has the camera's pose: at once if it names no camera_frame.
   /// @param params  outlives this
   CameraMount(const ros::NodeHandle& handle, const std::string& base_frame, OrbOdometryParams& params,
               std::function<void()> known);
@@ -34,7 +34,7 @@ class CameraMount {
   std::string base_frame_;
   OrbOdometryParams& params_;
   std::function<void()> known_;
-  std::unique_ptr<Transforms> transforms_;  // clang 14 takes no optional of it
+  std::unique_ptr<Transforms> transforms_;  // clang 14 does not compile an optional of it
   CountedWarning missing_;
   ros::WallTime since_;
   ros::WallTimer timer_;

@@ -1,4 +1,4 @@
-/// The parameters that were changed while the nodes ran, for FILE_changes.csv beside the trajectories.
+/// Changes of parameters while the nodes ran, for FILE_changes.csv beside the trajectories.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -15,8 +15,8 @@ class ChangeLog {
  public:
   ChangeLog(ros::NodeHandle handle, const std::string& topic);
 
-  /// Writes what changed, by time; no file where nothing did. @param file  as for writeTrajectories
-  /// @throws std::runtime_error naming what cannot be written
+  /// Writes the changes in order of time; no file if there are none. @param file  as for writeTrajectories
+  /// @throws std::runtime_error naming the file that cannot be written
   void write(const std::string& file) const;
 
  private:

@@ -1,7 +1,7 @@
-/// Takes messages apart without believing the lengths that they name.
+/// Deserialisation of messages that checks the lengths of arrays.
 ///
-/// ROS makes an array as long as its message says, and only then finds out that the bytes are not there: a message of
-/// 60 bytes may ask for 200 GB. Here the bytes are counted first.
+/// ROS allocates an array of the length in the message, and only then notices that the bytes are missing: a message of
+/// 60 bytes can ask for 200 GB. This stream first compares the length with the remaining bytes.
 #pragma once
 
 #include <ros/serialization.h>
@@ -20,7 +20,7 @@ class CheckedStream : public ros::serialization::IStream {
     ros::serialization::deserialize(*this, value);
   }
 
-  /// @throws ros::serialization::StreamOverrunException where there are fewer bytes than so many elements take
+  /// @throws ros::serialization::StreamOverrunException if there are fewer bytes than the elements need
   template <class T, class Allocator>
   void next(std::vector<T, Allocator>& array) {
     static const std::uint64_t least = ros::serialization::serializationLength(T());
@@ -32,10 +32,10 @@ class CheckedStream : public ros::serialization::IStream {
   }
 };
 
-/// Reads a message from its bytes. @throws ros::serialization::StreamOverrunException where they are too few
+/// Reads a message from its bytes. @throws ros::serialization::StreamOverrunException if there are too few
 template <class Message>
 void readChecked(std::uint8_t* bytes, std::uint32_t count, Message& message) {
-  std::uint8_t none = 0;  // ROS counts from the first byte on also where there is none
+  std::uint8_t none = 0;  // ROS needs the address of a first byte even for an empty message
   CheckedStream stream(count > 0 ? bytes : &none, count);
   stream.next(message);
 }

@@ -1,4 +1,4 @@
-/// Subscriptions whose messages are taken apart by a CheckedStream.
+/// Subscriptions whose messages are deserialised by a CheckedStream.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -11,18 +11,18 @@
 
 namespace ratslam {
 
-/// What roscpp calls for each message that comes.
+/// Callback helper that roscpp calls for each message.
 template <class Message>
 class CheckedCallback : public ros::SubscriptionCallbackHelperT<const ros::MessageEvent<const Message>&> {
  public:
   using Base = ros::SubscriptionCallbackHelperT<const ros::MessageEvent<const Message>&>;
-  /// Gets the reason why a message was no message of its type.
+  /// Receives the reason why a message could not be read.
   using Refused = std::function<void(const std::string& why)>;
 
   CheckedCallback(const typename Base::Callback& callback, Refused refused)
       : Base(callback), refused_(std::move(refused)) {}
 
-  /// @return null where the message is refused; roscpp then goes on with the next one
+  /// @return null if the message is refused; roscpp then continues with the next one
   ros::VoidConstPtr deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& bytes) override {
     const auto message = boost::make_shared<Message>();
     try {
@@ -38,8 +38,8 @@ class CheckedCallback : public ros::SubscriptionCallbackHelperT<const ros::Messa
   Refused refused_;
 };
 
-/// @param handler  gets an event of each message
-/// @param refused  gets the reason for each that is left out
+/// @param handler  receives an event for each message
+/// @param refused  receives the reason for each message that is left out
 template <class Message>
 ros::Subscriber subscribeChecked(
     ros::NodeHandle& handle, const std::string& topic, std::uint32_t queue_size,

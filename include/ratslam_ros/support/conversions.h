@@ -1,7 +1,6 @@
-/// Messages to and from the types of the core, one function each way, no state.
+/// Conversions between messages and the types of the core: free functions without state.
 ///
-/// Stamps are copied whole (nanoseconds); angles are radians, counter-clockwise positive, lengths metres
-/// (REP-103).
+/// Stamps are exact (nanoseconds). Angles are in radians, counter-clockwise positive, lengths in metres (REP-103).
 #pragma once
 
 #include <geometry_msgs/Pose.h>
@@ -27,24 +26,23 @@ Stamp stampFromRos(const ros::Time& time);
 /// @throws std::runtime_error for stamps that ROS cannot carry (negative, or after 2106)
 ros::Time stampToRos(Stamp stamp);
 
-/// Forward speed and yaw rate from the twist; the pose where the message has one (a quaternion of zeros is
-/// how publishers of mere twists leave it); the twist's covariance, of which all zeros say nothing. Values are
-/// taken as they are, not finite ones included.
+/// Takes forward speed and yaw rate from the twist; the pose, unless its quaternion is zero, as publishers of twists
+/// alone leave it; and the twist's covariance, unless it is all zeros. Values are not checked: they may be not finite.
 OdometrySample odometryFromMessage(const nav_msgs::Odometry& message);
 
-/// What a sample says of itself beyond nav_msgs/Odometry.
+/// The quality of a sample, beyond nav_msgs/Odometry.
 ratslam_ros::OdometryQuality qualityToMessage(const OdometrySample& sample);
-/// @throws std::runtime_error where a number is not finite or the correction's way has poses without stamps
+/// @throws std::runtime_error if a number is not finite, or correction_way and its stamps have different lengths
 void requireUsable(const ratslam_ros::OdometryQuality& message);
-/// Fills in what a usable message says.
+/// Adds the quality of a usable message to a sample.
 void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sample);
 
 ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message);
 ratslam_ros::ViewTemplate viewToMessage(const ViewEvent& view);
 
-/// The fields of ViewTemplate are OpenRatSLAM's: the session of the views' numbers follows the frame's name.
+/// ViewTemplate has only OpenRatSLAM's fields. So the session of the views' numbers follows the frame's name.
 std::string withSession(const std::string& frame_id, const NumberSession& session);
-/// The session in such a frame_id; id 0 where there is none.
+/// The session in such a frame_id; id 0 if there is none.
 NumberSession sessionIn(const std::string& frame_id);
 
 /// @throws std::runtime_error for an action that is none of those of the message
@@ -58,7 +56,7 @@ TopologicalAction actionFromMessage(const ratslam_ros::PoseCellState& message);
 RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message);
 ratslam_ros::RecallGeometry geometryToMessage(const RecallGeometry& geometry);
 
-/// @throws std::runtime_error where it is no number, or for a parameter that cannot change
+/// @throws std::runtime_error if the value is no number, or the parameter cannot change
 ParameterChange changeFromMessage(const ratslam_ros::ParameterChange& message);
 
 geometry_msgs::Quaternion yawToMessage(double yaw_rad);

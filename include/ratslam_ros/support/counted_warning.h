@@ -1,4 +1,4 @@
-/// A warning about something that may happen with every message: all are counted, few are printed.
+/// A warning that may occur with every message. All are counted, and few are printed.
 #pragma once
 
 #include <ros/console.h>
@@ -11,13 +11,13 @@ namespace ratslam {
 
 class CountedWarning {
  public:
-  /// @param period_s  shortest wall time between two lines [s]
+  /// @param period_s  least wall time between two lines [s]
   explicit CountedWarning(double period_s = 5.0) : period_(period_s) {}
 
-  /// Counts, and prints `text` with the count unless a line came out a moment ago.
+  /// Counts, and prints `text` with the count unless a line was printed within the period.
   void report(const std::string& text) { report(text, count_ + 1); }
 
-  /// The same where more than one may have happened at once: `count` is the new count.
+  /// The same for several events at once: `count` is the new count.
   void report(const std::string& text, std::size_t count) {
     const bool first = count_ == 0;
     count_ = count;

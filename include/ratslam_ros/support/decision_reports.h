@@ -1,4 +1,4 @@
-/// What the map's node says in its log about decisions of the pose cells that it could not follow as they were.
+/// Log messages of the map's node about decisions of the pose cells that it could not carry out unchanged.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@ namespace ratslam {
 
 class DecisionReports {
  public:
-  /// To be called after every drain: refused decisions, experiences that had to be made anew, and what
-  /// was forgotten because no decision came.
+  /// To be called after every drain. Reports refused decisions, experiences that had to be created again, and geometry
+  /// that was forgotten because no decision came.
   void report(MapStage& stage);
   void timeWentBack();
 

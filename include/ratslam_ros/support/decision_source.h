@@ -1,9 +1,9 @@
-/// Which of the two topics of the pose cells the map follows.
+/// Selects the topic of the pose cells that the map follows.
 ///
-/// PoseCell/State has one message for every view event and therefore also says how far the pose cells have
-/// got. Recordings and pose cells of others have only PoseCell/TopologicalAction. A publisher of both
-/// advertises State before it publishes any action, so whether somebody advertises State when the first
-/// action comes decides it independently of which message arrives first.
+/// PoseCell/State has one message for every view event, so it also shows the progress of the pose cells. Recordings and
+/// the pose cells of others have only PoseCell/TopologicalAction. A publisher of both topics advertises State before it
+/// publishes any action. So the choice depends on whether State is advertised when the first action comes, and not on
+/// which message comes first.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-/// Goals from a topic into the map, and what becomes of them: the path to the goal and a word for the user.
+/// Passes goals from a topic to the map, and publishes the path to the goal and messages about its status.
 #pragma once
 
 #include <geometry_msgs/PoseStamped.h>
@@ -16,7 +16,7 @@ class GoalReporter {
   void take(const geometry_msgs::PoseStamped& goal, const std::string& map_frame, ExperienceMap& map,
             MapPublisher& publisher);
 
-  /// Says what has changed since it was last called; publishes the path while a goal is headed for.
+  /// Reports changes of the goal since the last call, and publishes the path while a goal is active.
   void report(const ExperienceMap& map, MapPublisher& publisher);
 
  private:

@@ -1,5 +1,5 @@
-/// Image messages as images still to be decoded, the same for nodes and bags; no image_transport plugin is
-/// needed. What encodings are taken: ratslam/camera/image_decoding.h.
+/// Decoding of image messages for nodes and bags. No image_transport plugin is needed. For the accepted encodings see
+/// ratslam/camera/image_decoding.h.
 #pragma once
 
 #include <sensor_msgs/CompressedImage.h>
@@ -18,8 +18,8 @@ cv::Mat decodeImage(const sensor_msgs::ImageConstPtr& message, const ImageLimits
 /// @throws BadImage as decodeCompressed does
 cv::Mat decodeImage(const sensor_msgs::CompressedImageConstPtr& message, const ImageLimits& limits = {});
 
-/// The image of a message, to be decoded when it is wanted; named by topic and stamp.
-/// @param stamp  the message's own, or when it arrived
+/// The image of a message, which is decoded when it is needed. Its name is topic and stamp.
+/// @param stamp  that of the message, or the time of its arrival
 RecordedImage recordedImage(const sensor_msgs::ImageConstPtr& message, const std::string& topic, Stamp stamp,
                             const ImageLimits& limits);
 RecordedImage recordedImage(const sensor_msgs::CompressedImageConstPtr& message, const std::string& topic,

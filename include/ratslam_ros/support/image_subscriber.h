@@ -1,8 +1,7 @@
-/// Images from a topic, raw or compressed, through the image stage: what every node that sees subscribes
-/// with.
+/// Images from a topic, raw or compressed, through the image stage. All nodes with images subscribe by it.
 ///
-/// An image that cannot be used never ends a node: it is counted, left out and told. So are images that are
-/// dropped because they come faster than they are processed. The counts go to diagnostics once a second.
+/// An image that cannot be used never ends a node: it is counted, reported and left out. So are images that are dropped
+/// because they come faster than they are processed. Diagnostics show the counts once a second.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -20,21 +19,21 @@
 
 namespace ratslam {
 
-/// The topic that carries the images of `base` by a transport, as image_transport finds it: a remapping of the
-/// base topic holds for all of its transports.
+/// The topic of a transport for the images of `base`. As in image_transport, a remapping of the base topic holds for all
+/// of its transports.
 std::string transportTopic(const ros::NodeHandle& handle, const std::string& base,
                            const std::string& transport);
 
-/// How fast a stream of images is worked off.
+/// Processing speed of a stream of images.
 struct ImageTraffic {
-  std::size_t dropped = 0;  ///< came faster than they were processed
-  double delay_s = 0.0;     ///< from arrival to the end of processing, of the last image
-  double age_s = 0.0;       ///< stamp to arrival, of the last image; tells the clocks apart, too
+  std::size_t dropped = 0;  ///< number of images dropped because the processing was too slow
+  double delay_s = 0.0;     ///< from arrival to the end of processing, for the last image
+  double age_s = 0.0;       ///< from stamp to arrival, for the last image; contains the difference of clocks
 };
 
 class ImageSubscriber {
  public:
-  /// Gets a frame and the header it came with. What it throws is told and the image left out.
+  /// Receives a frame and the header of its message. If it throws, the reason is reported and the image left out.
   using Handler = std::function<void(const std_msgs::Header&, const ImageFrame&)>;
 
   /// @param topic  base topic; /compressed is appended for that transport
@@ -44,7 +43,7 @@ class ImageSubscriber {
   void start();
   StreamWatch& watch() { return watch_; }
 
-  /// Until release() the images wait, still encoded; `on_arrival` gets each.
+  /// Until release() the images wait, still encoded. `on_arrival` receives each of them.
   void hold(std::function<void(const RecordedImage&)> on_arrival) {
     on_arrival_ = std::move(on_arrival);
     queue_.hold();
@@ -55,7 +54,7 @@ class ImageSubscriber {
   }
   bool somethingWaits() const { return queue_.waiting() > 0; }
 
-  /// What later images are compared with.
+  /// State against which later images are checked.
   void save(State& state) const { stage_.save(state); }
   void load(const State& state) { stage_.load(state); }
 

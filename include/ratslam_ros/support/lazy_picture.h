@@ -1,4 +1,5 @@
-/// An image topic whose pictures are drawn only while somebody looks; who comes later sees the last one drawn.
+/// An image topic whose pictures are drawn only while it has subscribers. It is latched: a new subscriber gets the last
+/// picture.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
@@ -16,7 +17,7 @@ class LazyPicture {
 
   bool wanted() const { return publisher_.getNumSubscribers() > 0; }
 
-  /// @param draw  gives an 8-bit BGR picture; called only where it is wanted
+  /// @param draw  returns an 8-bit BGR picture; called only if there are subscribers
   template <class Draw>
   void publish(const std_msgs::Header& header, Draw&& draw) const {
     if (wanted()) publisher_.publish(cv_bridge::CvImage(header, "bgr8", draw()).toImageMsg());

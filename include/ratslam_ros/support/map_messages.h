@@ -16,15 +16,15 @@ namespace ratslam {
 
 geometry_msgs::Pose poseToMessage(const MapPose& pose);
 
-/// Of a pose (x, y, z, yaw) as messages have it: (x, y, z, roll, pitch, yaw). Roll and pitch are those of the
-/// odometry, which gravity or the start hold: a degree or so.
+/// Converts a covariance of (x, y, z, yaw) to that of a message: (x, y, z, roll, pitch, yaw). Roll and pitch come from
+/// the odometry; their standard deviation is about a degree.
 boost::array<double, 36> covarianceToMessage(const Eigen::Matrix4d& covariance);
 
-/// All experiences and links; a link's transform is where it says its destination is, in the frame of its
-/// source, brought from the odometry's unit to the map's by the source's scale.
+/// All experiences and links. A link's transform is the measured pose of its destination in the frame of its source,
+/// converted from the odometry's unit to the map's by the source's scale.
 ratslam_ros::TopologicalMap mapToMessage(const ExperienceGraph& graph, const std_msgs::Header& header);
 
-/// A LINE_LIST of the links: driven ones and, in another colour, those made by recalling a place.
+/// A LINE_LIST of the links: driven ones and, in another colour, those by recall.
 visualization_msgs::Marker markerToMessage(const ExperienceGraph& graph, const std_msgs::Header& header,
                                            double line_width);
 

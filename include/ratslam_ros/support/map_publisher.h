@@ -1,5 +1,5 @@
-/// What the experience map tells the world: topology and marker (latched, at most every map_period), robot
-/// pose, scale, path to the goal, map -> odom, and ExperienceMap/Picture to look at.
+/// Publisher of the experience map: topology and marker (latched, at most every map_period), robot pose, scale, path to
+/// the goal, map -> odom, and the picture ExperienceMap/Picture.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -17,24 +17,24 @@ class MapPublisher {
   /// @param with_scale  publish ExperienceMap/Scale
   MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bool with_scale);
 
-  /// Robot pose, scale and map -> odom for each decision that the map has processed, oldest first.
+  /// Publishes robot pose, scale and map -> odom for each decision that the map has processed, oldest first.
   void publishPoses(const ExperienceMap& map, const std::vector<Stamp>& processed, OdometryFrame& odometry);
 
-  /// Name of the odometry's frame, where messages have told another than the parameters.
+  /// Sets the name of the odometry's frame, if messages name another one than the parameters.
   void setOdometryFrame(const std::string& name) { odometry_frame_ = name; }
 
-  /// The robot's pose at the newest decision and how well it is known.
+  /// Publishes the robot's pose at the newest decision with its covariance.
   void publishCovariance(const ExperienceMap& map, Stamp stamp);
 
-  /// map -> odom at the stamps of the odometry between decisions, where the odometry's unit is not the map's: a
-  /// transform that stayed would be wrong by the scale. Each is published when the next sample has come, since
-  /// a decision of the same stamp knows better.
-  /// @param latest  where the robot is by all odometry so far
+  /// Publishes map -> odom at the stamps of the odometry between decisions, if the odometry's unit is not the map's: a
+  /// constant transform would be wrong by the scale. Each one is published when the next sample has come, because a
+  /// decision of the same stamp has precedence.
+  /// @param latest  the robot's pose by all odometry so far
   void followOdometry(const StampedPose& latest, OdometryFrame& odometry);
 
-  /// Map, marker and picture where the map has changed since they were published and map_period is over.
+  /// Publishes map, marker and picture if the map has changed since the last time and map_period is over.
   void publishMapIfDue(const ExperienceMap& map);
-  /// Map and marker where the map has changed since they were published.
+  /// Publishes map and marker if the map has changed since the last time.
   void publishMap(const ExperienceMap& map);
 
   void publishPath(const ExperienceMap& map);
@@ -55,7 +55,7 @@ class MapPublisher {
   tf2_ros::TransformBroadcaster broadcaster_;
   Stamp newest_ = 0;
   std::optional<Stamp> newest_transform_;
-  std::optional<StampedPose> ahead_;  ///< of the decisions
+  std::optional<StampedPose> ahead_;  ///< the robot's pose after the last decision
   std::optional<std::uint64_t> published_revision_;
   ros::WallTime published_at_;
 };

@@ -1,15 +1,15 @@
-/// The services of the map's node, which act on all parts of the system that keep a share of the map: local view
-/// and pose cells are asked by services of their own (PartCommand).
+/// The services of the map's node. They act on all parts of the system that hold a part of the map: the node sends
+/// commands (PartCommand) to the local view and the pose cells.
 ///
 ///     ExperienceMap/SaveMap             MapPath   one map file of all parts; an empty path: checkpoints now
-///     ExperienceMap/LoadMap             MapPath   all parts go on in that map, on a new stretch
+///     ExperienceMap/LoadMap             MapPath   all parts continue in that map; the path begins unconnected
 ///     ExperienceMap/Reset               Trigger   all parts forget everything
 ///     ExperienceMap/Pause               SetBool   nothing is learned or recalled; odometry is followed
 ///     ExperienceMap/LocaliseOnly        SetBool   nothing is learned
 ///     ExperienceMap/WriteTrajectories   Trigger   to trajectory_file
 ///     ExperienceMap/SaveTrajectories    MapPath   to another name
 ///
-/// Each answers in one line what it did, or why it did not.
+/// Each answers in one line what it has done, or why it has not.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -26,7 +26,7 @@ namespace ratslam {
 
 class MapServices {
  public:
-  /// Writes trajectories. @return what to say
+  /// Writes trajectories. @return text of the answer
   using Write = std::function<std::string(const std::string& file)>;
 
   /// @param own  the map's own part
@@ -35,7 +35,7 @@ class MapServices {
  private:
   using Request = PartCommands::Request;
 
-  /// A service that answers with what `action` returns, or with what it throws.
+  /// Offers a service that answers with the result of `action`, or with the message of its exception.
   template <class Service>
   void advertise(const char* name, std::function<std::string(typename Service::Request&)> action);
   void advertiseAll();
@@ -44,7 +44,7 @@ class MapServices {
   std::string loadMap(const std::string& path);
   /// Sends a command to every part. @return their names
   std::string toAll(const Request& request);
-  /// Services of the other parts. @throws std::runtime_error naming those that nobody offers
+  /// Services of the other parts. @throws std::runtime_error naming those that are not offered
   std::vector<std::string> others() const;
   static void send(const std::string& service, const Request& request);
 

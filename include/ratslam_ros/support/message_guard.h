@@ -1,5 +1,5 @@
-/// What a callback throws about a message never ends a node: the message is dropped, counted, and told once in a
-/// while. So are messages that were lost on the way. The counts go to diagnostics once a second.
+/// Subscriptions with guarded callbacks: an exception never ends a node. The message is dropped, counted, and reported
+/// from time to time. So are messages that were lost in transport. Diagnostics show the counts once a second.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -17,7 +17,7 @@ namespace ratslam {
 
 class MessageGuard {
  public:
-  /// Calls `action`, which works on a message of `topic`. @return false where it threw
+  /// Calls `action`, which processes a message of `topic`. @return false if it threw
   template <class Action>
   bool run(const std::string& topic, Action&& action) {
     try {
@@ -29,7 +29,7 @@ class MessageGuard {
     return false;
   }
 
-  /// A subscription whose handler, which gets a message, may throw. Unless its queue is bounded, no message may be lost.
+  /// Subscribes with a handler that may throw. With an unbounded queue, lost messages are reported.
   template <class Message, class Handler>
   ros::Subscriber subscribe(ros::NodeHandle& handle, const std::string& topic, std::uint32_t queue_size,
                             Handler handler) {
@@ -46,11 +46,11 @@ class MessageGuard {
     return subscribeChecked<Message>(handle, topic, queue_size, callback, refused);
   }
 
-  /// Counts of messages dropped, to /diagnostics from here on. @param part  of the node, as diagnostics name it
+  /// Publishes the counts of dropped messages to /diagnostics from here on. @param part  name of the part of the node
   void publishCounts(const ros::NodeHandle& handle, const std::string& part = "messages");
 
   std::size_t dropped(const std::string& topic) const;
-  /// Takes note of the number that ROS gave a message.
+  /// Checks the number that ROS gave a message.
   void number(const std::string& topic, const std::string& publisher, std::uint32_t seq);
   std::size_t lost(const std::string& topic) const;
 

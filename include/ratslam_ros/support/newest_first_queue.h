@@ -1,7 +1,7 @@
-/// Messages that wait for a slow callback: the newest few, so that a node on a slow machine drops what it cannot
-/// look at and stays near the present instead of falling ever further behind.
+/// A queue for messages that wait for a slow callback. It keeps the newest few: a node on a slow machine drops the others
+/// instead of lagging further and further behind.
 ///
-/// A bounded subscription of ROS drops as well, but counts nothing. Everything runs in the callback queue of the
+/// A bounded ROS subscription also drops messages, but does not count them. Everything runs in the callback queue of the
 /// node handle, which must have one thread.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace ratslam {
 
-/// Something to be done later, in the callback queue.
+/// A call that is made later, in the callback queue.
 class PostedCall : public ros::CallbackInterface {
  public:
   explicit PostedCall(std::function<void()> call) : call_(std::move(call)) {}
@@ -30,7 +30,7 @@ class PostedCall : public ros::CallbackInterface {
 template <class Item>
 class NewestFirstQueue {
  public:
-  /// @param size  items that may wait; 0: no bound   @param handle_item  gets them in their order
+  /// @param size  largest number of waiting items; 0: no bound   @param handle_item  receives the items in order
   NewestFirstQueue(const ros::NodeHandle& handle, std::size_t size,
                    std::function<void(const Item&)> handle_item)
       : callbacks_(handle.getCallbackQueue()), size_(size), handle_item_(std::move(handle_item)) {}
@@ -38,7 +38,7 @@ class NewestFirstQueue {
   NewestFirstQueue(const NewestFirstQueue&) = delete;
   NewestFirstQueue& operator=(const NewestFirstQueue&) = delete;
 
-  /// @return how many items had to go
+  /// @return number of items that were dropped
   std::size_t push(const Item& item) {
     items_.push_back(item);
     std::size_t dropped = 0;
@@ -47,7 +47,7 @@ class NewestFirstQueue {
     return dropped;
   }
 
-  /// Until release() items only wait.
+  /// Holds all items until release().
   void hold() { held_ = true; }
   void release() {
     held_ = false;
@@ -59,7 +59,7 @@ class NewestFirstQueue {
  private:
   std::uint64_t id() const { return reinterpret_cast<std::uint64_t>(this); }
 
-  /// What has arrived meanwhile stands before this in the callback queue, so that it is seen first.
+  /// Messages that have arrived meanwhile precede this call in the callback queue, so they are processed first.
   void post() {
     if (posted_ || held_ || items_.empty()) return;
     posted_ = true;

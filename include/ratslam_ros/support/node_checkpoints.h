@@ -1,4 +1,4 @@
-/// Checkpoints of a node in ~map_dir (part_checkpoints.h), with what there is to say in the log.
+/// Checkpoints of a node in ~map_dir (part_checkpoints.h), with log messages.
 #pragma once
 
 #include <map>
@@ -23,16 +23,16 @@ class NodeCheckpoints {
  public:
   using Save = PartCheckpoints::Save;
 
-  /// @param parameters  of the part, as parameterTexts gives them: a checkpoint of others is refused
-  /// @throws std::runtime_error where the folder cannot be used
+  /// @param parameters  of the part, from parameterTexts: a checkpoint with others is refused
+  /// @throws std::runtime_error if the folder cannot be used
   NodeCheckpoints(const NodeParams& params, const std::string& part,
                   const std::map<std::string, std::string>& parameters);
 
-  /// What the part knew at its last good checkpoint; says which, or that there is none. None without map_dir.
-  /// @throws std::runtime_error where it was made with other parameters
+  /// State of the part at its last usable checkpoint. Logs which one, or that there is none. None without map_dir.
+  /// @throws std::runtime_error if it was made with other parameters
   std::optional<State> resume();
 
-  /// To be called before a message is taken in.
+  /// To be called before a message is processed.
   void before(Stamp message, const Save& save);
   /// To be called when the node ends.
   void finish(const Save& save);

@@ -1,4 +1,4 @@
-/// A node's state on /diagnostics, once a second, by diagnostic_updater: what each part of it says, and its memory.
+/// A node's state on /diagnostics, once a second, by diagnostic_updater: the state of each part, and memory.
 #pragma once
 
 #include <diagnostic_updater/diagnostic_updater.h>
@@ -13,7 +13,7 @@ namespace ratslam {
 
 using DiagnosticStatus = diagnostic_updater::DiagnosticStatusWrapper;
 
-/// Events a second, from a count that only grows, between two looks at it.
+/// Rate of events [1/s] from a growing count, between two calls.
 class RateMeter {
  public:
   double perSecond(std::size_t count);
@@ -30,7 +30,7 @@ class NodeDiagnostics {
 
   /// @param name  of the part   @param describe  sets level, words and values
   void add(const std::string& name, std::function<void(DiagnosticStatus&)> describe);
-  /// The stream of images: rate, drops, delay, age. A warning where images were dropped or skipped lately.
+  /// The stream of images: rate, drops, delay, age. A warning if images were dropped or skipped since the last time.
   void addImages(const ImageSubscriber& images);
 
   /// To be called once a second of wall time.
@@ -40,10 +40,10 @@ class NodeDiagnostics {
   diagnostic_updater::Updater updater_;
 };
 
-/// How large the map is.
+/// Size of the map.
 void describeMap(DiagnosticStatus& status, const ExperienceGraph& graph);
 
-/// Physical memory of this process [MB]; 0 where the system does not say.
+/// Physical memory of this process [MB]; 0 if unknown.
 double residentMegabytes();
 
 }  // namespace ratslam

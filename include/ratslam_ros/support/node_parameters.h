@@ -1,8 +1,8 @@
-/// Where a node's parameters come from, and that nothing in them goes unnoticed.
+/// Reading of a node's parameters.
 ///
-/// A configuration file (OpenRatSLAM's ini, or YAML) may be named as the first argument; private ROS
-/// parameters override it. A key that no part of the system knows is an error, so that a misspelt one never
-/// passes for a default; keys of the other nodes are fine, because all nodes share one configuration.
+/// The first argument may name a configuration file (OpenRatSLAM's ini, or YAML). Private ROS parameters override it. A
+/// key that no part of the system knows is an error, so that a misspelt key is noticed. Keys of the other nodes are
+/// allowed, because all nodes share one configuration.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -15,15 +15,15 @@
 
 namespace ratslam {
 
-/// @param argc,argv  as ros::init left them (remappings taken out)
-/// @throws std::exception with one clear line: unreadable file, unknown key, a group where a value should be
+/// @param argc,argv  after ros::init, which removes remappings
+/// @throws std::exception with one clear line: unreadable file, unknown key, a group instead of a value
 ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::NodeHandle& private_handle);
 
-/// Values of a dictionary of the parameter server; `ns` is where it hangs and serves to name origins.
-/// @throws std::invalid_argument for values that are no scalar and no list of scalars
+/// Values of a dictionary of the parameter server. @param ns its namespace, for naming origins
+/// @throws std::invalid_argument for values that are neither scalars nor lists of scalars
 ParameterMap parametersFromXmlRpc(XmlRpc::XmlRpcValue& dictionary, const std::string& ns);
 
-/// One part's parameters out of all of them. @throws std::invalid_argument as ParameterMap::read does
+/// Parameters of one part. @throws std::invalid_argument as ParameterMap::read does
 template <class Params>
 Params readParams(const ParameterMap& parameters) {
   Params params;
@@ -32,7 +32,7 @@ Params readParams(const ParameterMap& parameters) {
 }
 
 /// Name of a topic below `topic_root`, relative unless the root is absolute.
-/// @throws std::invalid_argument where the root cannot be part of a ROS name
+/// @throws std::invalid_argument if the root cannot be part of a ROS name
 std::string topicName(const std::string& topic_root, const std::string& name);
 
 }  // namespace ratslam

@@ -1,5 +1,5 @@
-/// Checkpoints of an odometry of ours in ~map_dir: a node that starts goes on where it was if the next image follows
-/// the last one. Else the pose is carried on, and the way in between is said to be unmeasured.
+/// Checkpoints of one of our odometries in ~map_dir. If the next image follows the last one, a restarted node continues
+/// where it was. Otherwise the pose continues, and the motion in between is marked as unmeasured.
 #pragma once
 
 #include "ratslam/odometry/source.h"
@@ -17,9 +17,9 @@ class OdometryCheckpoints {
                       const std::map<std::string, std::string>& parameters, OdometrySource& source,
                       OdometryPublisher& publisher, ImageSubscriber& images);
 
-  /// @throws std::runtime_error where there is a checkpoint of other parameters
+  /// @throws std::runtime_error if there is a checkpoint with other parameters
   void resume();
-  /// To be called before a frame is tracked. @return the frame as the source is to have it
+  /// To be called before a frame is tracked. @return the frame for the source
   ImageFrame before(const ImageFrame& frame);
   /// To be called when the node ends.
   void finish();
@@ -27,12 +27,12 @@ class OdometryCheckpoints {
  private:
   void save(State& state) const;
 
-  double longest_gap_;  ///< between two images that follow each other [s]
+  double longest_gap_;  ///< longest time between two images that follow each other [s]
   OdometrySource& source_;
   OdometryPublisher& publisher_;
   ImageSubscriber& images_;
   NodeCheckpoints checkpoints_;
-  bool resumed_ = false;  ///< and no image has come since
+  bool resumed_ = false;  ///< resumed from a checkpoint, and no image has come since
 };
 
 }  // namespace ratslam

@@ -1,7 +1,7 @@
-/// Where the robot was in the odometry's own frame at a given stamp, as map -> odom needs it (REP-105).
+/// The robot's pose in the odometry's own frame at a given stamp, for map -> odom (REP-105).
 ///
-/// The pose the odometry itself publishes, between two messages in proportion to time; for a source of mere
-/// twists the twists added up.
+/// It is the pose that the odometry publishes, interpolated between two messages; for a source of twists alone, the sum
+/// of the twists.
 #pragma once
 
 #include <deque>
@@ -14,12 +14,11 @@ namespace ratslam {
 
 class OdometryFrame {
  public:
-  /// Appends a sample. Not finite ones and repeated stamps are left out; a stamp that goes back starts anew. Of
-  /// very many samples that nobody asks about the oldest are forgotten.
+  /// Appends a sample. Samples that are not finite and repeated stamps are left out. If the stamp goes back, everything
+  /// starts anew. If poseAt() is not called for very many samples, the oldest are forgotten.
   void add(const OdometrySample& sample);
 
-  /// Position and yaw at `stamp`; none before the first sample and after the newest. Earlier stamps are
-  /// forgotten.
+  /// Position and yaw at `stamp`; none before the first sample and after the newest. Earlier samples are forgotten.
   std::optional<RelativePose> poseAt(Stamp stamp);
 
  private:

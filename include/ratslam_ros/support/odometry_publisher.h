@@ -1,11 +1,11 @@
-/// Publishes an odometry of ours: nav_msgs/Odometry, what it says of itself beyond that on odom_quality, and,
-/// on request, odom -> base_link (REP-105).
+/// Publisher of one of our odometries: nav_msgs/Odometry, its quality on odom_quality, and, on request, odom ->
+/// base_link (REP-105).
 ///
-/// odom_quality is advertised before odom, and the quality of a sample published before the sample: whoever
-/// sees a sample knows whether to wait for its quality.
+/// odom_quality is advertised before odom, and the quality of a sample is published before the sample. So a subscriber
+/// knows whether to wait for the quality of a sample.
 ///
-/// Epochs are those of this process: another one counts from elsewhere, so that listeners notice at its first
-/// sample that it has not measured the motion before it.
+/// Each process has its own range of epochs. So subscribers notice at the first sample of a restarted process that the
+/// motion before it was not measured.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -26,8 +26,8 @@ namespace ratslam {
 /// (vx, vy, vz, wx, wy, wz) in base_link [m/s, rad/s].
 using Twist = Eigen::Matrix<double, 6, 1>;
 
-/// The parameters of an odometry's node. Its subscribers to wait for are those of the launch file, pose cells and map, and
-/// the local view where that recalls by belief.
+/// The parameters of an odometry's node. It waits for the subscribers of the launch file: pose cells, map, and with
+/// vt_recall belief the local view.
 /// @throws std::invalid_argument for bad parameters
 NodeParams odometryNodeParams(const ParameterMap& parameters);
 
@@ -35,13 +35,13 @@ class OdometryPublisher {
  public:
   OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params);
 
-  /// @param sample  stamped with the image it was made of; must have a pose
-  /// @param twist   all of the motion; speed, yaw rate and covariance are taken from the sample
-  /// The pose's covariance is what the twist's variances have added up to.
+  /// @param sample  with the stamp of its image; must have a pose
+  /// @param twist   all six components; speed, yaw rate and covariance are taken from the sample
+  /// The pose's covariance is the sum of the twists' covariances.
   void publish(OdometrySample sample, const Twist& twist);
 
   std::optional<Stamp> lastStamp() const { return last_stamp_; }
-  /// The next sample is like the first one of a process.
+  /// Treats the next sample like the first one of a process.
   void beginAnew() { last_stamp_.reset(); }
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing

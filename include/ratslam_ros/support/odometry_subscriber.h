@@ -1,9 +1,9 @@
-/// Odometry from a topic into a stage of the pipeline: nothing is dropped by a queue, and what the stage
-/// refuses is counted and reported. A sample that cannot be processed never ends a node (message_guard.h).
+/// Passes odometry from a topic to a stage of the pipeline. No queue drops samples. Samples that the stage refuses are
+/// counted and reported. A sample that cannot be processed never ends a node (message_guard.h).
 ///
-/// What a sample says of itself beyond nav_msgs/Odometry comes on a topic beside it (odom -> odom_quality).
-/// Where somebody advertises that topic when the first sample comes, every sample waits for its quality
-/// (quality_pairing.h); a silence of sync_timeout says that it was lost on the way.
+/// The quality of a sample comes on a topic beside it (odom -> odom_quality). If that topic is advertised when the first
+/// sample comes, every sample waits for its quality (quality_pairing.h). After sync_timeout without any the quality is
+/// taken as lost.
 #pragma once
 
 #include <nav_msgs/Odometry.h>
@@ -24,7 +24,7 @@ namespace ratslam {
 
 class OdometrySubscriber {
  public:
-  /// Hands a sample to the stage and says what became of it.
+  /// Hands a sample to the stage. @return the stage's verdict
   using Handler = std::function<SampleVerdict(const OdometrySample&)>;
 
   /// @param sync_timeout  wall time after which samples go on without their quality [s]
@@ -32,16 +32,16 @@ class OdometrySubscriber {
                      Handler handler);
 
   void start();
-  /// To be called every now and then: warns of what never came, and gives up waiting.
+  /// To be called regularly. Warns about missing messages, and ends the waiting after sync_timeout.
   void watchStreams();
   const std::string& topic() const { return watch_.topic(); }
-  /// Frame of the poses as the messages name it, without the leading slash that tf once had; empty before the first.
+  /// Frame of the poses in the messages, without the leading slash of old tf names; empty before the first message.
   const std::string& frame() const { return frame_; }
 
  private:
   void onQuality(const ratslam_ros::OdometryQuality& message);
   void onSample(const nav_msgs::Odometry& message);
-  /// Hands on the samples whose quality is known; all of them where `wait` is false.
+  /// Hands on the samples whose quality is known; all of them if `wait` is false.
   void drain(bool wait);
   void handOn(const OdometrySample& sample);
 

@@ -1,5 +1,5 @@
-/// What one may look at while ratslam_orb_vo works: ~debug_image (features and tracked landmarks), ~landmarks
-/// (the local map as a PointCloud2), both only while somebody listens, and its state for the diagnostics.
+/// Display of ratslam_orb_vo: ~debug_image (features and tracked landmarks) and ~landmarks (the local map as a
+/// PointCloud2), both only while they have subscribers, and the odometry's state for the diagnostics.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -23,7 +23,7 @@ class OrbDisplay {
   void show(const std_msgs::Header& header, const cv::Mat& image, const CameraModel& camera,
             const OrbOdometry& odometry, const OrbResult& result, double seconds);
 
-  /// Its state since it was last asked. @param odometry  null while there is no calibration
+  /// The state since the last call. @param odometry  null while there is no calibration
   void describe(DiagnosticStatus& status, const OrbOdometry* odometry);
 
  private:

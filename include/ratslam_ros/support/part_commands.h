@@ -1,4 +1,4 @@
-/// What a node that keeps a share of the map does for the services of the map's node (map_services.h).
+/// Commands of the map's node (map_services.h) to a node that holds a part of the map.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -13,12 +13,12 @@
 
 namespace ratslam {
 
-/// The part itself.
+/// The functions of the part.
 struct PartActions {
   std::function<void(State&)> save;
-  std::function<void(const State&)> load;  ///< a new stretch begins in what is loaded
+  std::function<void(const State&)> load;  ///< continues in the loaded state; the path begins unconnected
   std::function<void(bool)> setLearning;
-  std::function<void(bool)> pause;  ///< none where only others need to
+  std::function<void(bool)> pause;  ///< empty if only the other parts pause
 };
 
 class PartCommands {
@@ -28,9 +28,9 @@ class PartCommands {
 
   PartCommands(NodeCheckpoints& checkpoints, PartActions actions);
 
-  /// The part as it is now is what a reset goes back to.
+  /// Stores the part's present state as the state after a reset.
   void setEmpty();
-  /// From here on others may command.
+  /// Offers the service for commands.
   void advertise(ros::NodeHandle& handle, const std::string& service);
 
   const std::string& part() const { return checkpoints_.files().settings().part; }

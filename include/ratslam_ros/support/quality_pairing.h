@@ -1,7 +1,7 @@
-/// Joins odometry with what comes beside it on a topic of its own.
+/// Pairs samples of odometry with their quality, which comes on a separate topic.
 ///
-/// Both topics hold one message a sample, in the same order, but either may run ahead of the other, by more than a lap of
-/// a looped recording: so the two are paired in the order of their arrival, not by the stamp alone.
+/// Both topics have one message per sample, in the same order. But either may run ahead of the other, even by more than
+/// one lap of a looped recording. So samples and qualities are paired by order and stamp, not by stamp alone.
 #pragma once
 
 #include <deque>
@@ -17,14 +17,14 @@ class QualityPairing {
   void hearSample(const OdometrySample& sample) { samples_.push_back(sample); }
   void hearQuality(const ratslam_ros::OdometryQuality& quality);
 
-  /// The next sample, with its quality where that has come.
-  /// @param wait  for a quality that may still come: then nothing may be returned while samples wait. A quality of
-  /// another sample in its place says that it will not come.
+  /// The next sample, with its quality if that has come.
+  /// @param wait  whether to wait for a quality that may still come; then the result is none while the sample waits. A
+  /// quality of a later sample means that this one will not come.
   std::optional<OdometrySample> next(bool wait);
   bool waits() const { return !samples_.empty(); }
 
  private:
-  /// Qualities of samples that never come are forgotten beyond this many.
+  /// Bound on qualities whose samples have not come; beyond it the oldest are forgotten.
   static constexpr std::size_t kMostQualities = 10000;
 
   bool willNotCome(Stamp stamp) const;

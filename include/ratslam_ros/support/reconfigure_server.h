@@ -1,8 +1,8 @@
-/// The protocol of dynamic_reconfigure, from descriptions that parameter structs give: names, bounds and meanings are written
-/// once, in visitFields, so that there is no .cfg beside them.
+/// Server of the dynamic_reconfigure protocol. Names, bounds and meanings come from the parameter structs' visitFields,
+/// so no .cfg file is needed.
 ///
-/// A request with an unknown name, or with a value that is not allowed, is refused as a whole; nothing is clamped.
-/// Parameters on the server stay as they were: a node that starts again starts as it was configured.
+/// A request with an unknown name, or with a value that is not allowed, is refused as a whole; nothing is clamped. The
+/// parameters on the parameter server are not changed: a restarted node has its configured values.
 #pragma once
 
 #include <dynamic_reconfigure/Config.h>
@@ -20,18 +20,18 @@ namespace ratslam {
 
 struct ReconfigurableField {
   std::string name;
-  bool whole = false;  ///< int, else double
+  bool whole = false;  ///< true: int, false: double
   double value = 0.0;
   Bounds bounds;
   std::string meaning;
 };
 
-/// A number as a configuration would have it, to the last bit.
+/// Text of a number that gives the same bits when read.
 std::string numberText(double number, bool whole);
 
 class ReconfigureServer {
  public:
-  /// Gets the texts of what is to change. @throws std::invalid_argument to refuse
+  /// Receives names and texts of the new values. @throws std::invalid_argument to refuse them
   using Apply = std::function<void(const std::map<std::string, std::string>&)>;
 
   /// @param own  handle of the node's private names

@@ -1,5 +1,5 @@
-/// Others that publish what we publish: a second odometry on the topic, a second broadcaster of a transform. Two of
-/// either make a map of nothing, and neither of them can know.
+/// Detects other publishers of our data: a second odometry on the topic, or a second broadcaster of a transform. With
+/// two of them the map is useless, and no message shows why.
 #pragma once
 
 #include <ros/message_event.h>
@@ -21,7 +21,7 @@ class RivalWatch {
   /// @param odometry_topic  resolved name
   RivalWatch(const ros::NodeHandle& handle, std::string odometry_topic);
 
-  /// The child of a transform that one node may broadcast.
+  /// Watches a transform that only one node may broadcast. @param frame its child frame
   void watchFrame(const std::string& frame) { broadcasters_[frame]; }
 
  private:
@@ -35,7 +35,7 @@ class RivalWatch {
   ros::WallTimer timer_;
 };
 
-/// Nodes that publish a topic, as the master knows them; empty where the master does not answer.
+/// Nodes that publish a topic, by the master; empty if the master does not answer.
 std::vector<std::string> publishersOf(const std::string& topic);
 
 }  // namespace ratslam

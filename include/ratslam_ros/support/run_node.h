@@ -1,4 +1,4 @@
-/// The life of a node from its main function: parameters, spinning, and an end that loses nothing.
+/// Main function of the nodes: parameters, spinning, and an orderly end.
 #pragma once
 
 #include <ros/ros.h>
@@ -11,8 +11,8 @@
 
 namespace ratslam {
 
-/// Like ros::spin, but SIGINT (which roslaunch sends), SIGTERM and SIGHUP leave the connections open, so that
-/// the caller can publish and write what it has. Needs ros::init_options::NoSigintHandler.
+/// Like ros::spin, but SIGINT (which roslaunch sends), SIGTERM and SIGHUP leave the connections open, so that the caller
+/// can still publish and write. Needs ros::init_options::NoSigintHandler.
 void spinUntilStopped();
 
 template <class Node, class = void>
@@ -20,12 +20,12 @@ struct HasFinish : std::false_type {};
 template <class Node>
 struct HasFinish<Node, std::void_t<decltype(std::declval<Node&>().finish())>> : std::true_type {};
 
-/// Runs a node until it is asked to end; finish() is called whatever ended it, where the node has one.
+/// Runs a node until it is asked to end. If the node has finish(), it is called however the node ended.
 /// @return exit code of the program
 template <class Node>
 int runNode(int argc, char** argv, const std::string& name) {
   ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
-  ros::NodeHandle handle;  // both outlive the catch, else its message is lost
+  ros::NodeHandle handle;  // both outlive the catch, because its message would be lost without them
   ros::NodeHandle private_handle("~");
   try {
     Node node(handle, loadNodeParameters(argc, argv, private_handle), private_handle);

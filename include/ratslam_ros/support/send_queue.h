@@ -1,4 +1,4 @@
-/// How far a subscriber may lag behind one of our publishers, and how it learns that it lagged too far.
+/// Size of our publishers' queues, and detection of messages that were dropped there.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace ratslam {
 
-/// Messages of the chain that wait for a subscriber which does not read: 16 minutes at 20 Hz. Beyond, the oldest go: a
-/// subscriber that is stopped for days must not take the memory of the machine.
+/// Most messages that wait for a subscriber which does not read: 16 minutes at 20 Hz. Beyond that the oldest are dropped:
+/// a subscriber that is stopped for days must not use up the memory of the machine.
 constexpr std::uint32_t kSendQueue = 20'000;
 
-/// Tells from the numbers that ROS gives the messages of a publisher how many of them never came.
+/// Counts lost messages by the numbers that ROS gives the messages of a publisher.
 class LossWatch {
  public:
   /// To be called for every message. @param number  header.seq   @return messages lost before this one
@@ -20,7 +20,7 @@ class LossWatch {
     const auto [known, first] = last_.emplace(publisher, number);
     const std::uint32_t last = known->second;
     known->second = number;
-    // A publisher that starts again counts from the beginning; within a process nobody counts.
+    // A restarted publisher counts from the beginning again. Within a process messages are not numbered.
     return first || number <= last ? 0 : number - last - 1;
   }
 
