@@ -1,5 +1,5 @@
-/// The nodes that look at images, as nodelets: beside a camera's driver in one process an image is never copied. They are
-/// the same classes as in the nodes, so that results are the same.
+/// The nodes with images, as nodelets: in one process with a camera's driver images are not copied. They use the classes
+/// of the nodes, so the results are the same.
 #include <nodelet/nodelet.h>
 
 #include <future>
@@ -27,7 +27,7 @@ class NodeAsNodelet : public nodelet::Nodelet {
   }
 
  private:
-  /// The node is made where its callbacks run, one at a time: none of them then sees it half made.
+  /// Makes the node in the thread of its callbacks, so that no callback runs before it is complete.
   void onInit() override {
     std::promise<void> made;
     getSTCallbackQueue().addCallback(boost::make_shared<PostedCall>([this, &made] {

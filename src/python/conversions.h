@@ -1,4 +1,4 @@
-/// What all of the Python module's parts share: parameters by name, stamps, images, arrays.
+/// Conversions for all parts of the Python module: parameters by name, stamps, images, arrays.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -20,7 +20,7 @@ namespace ratslam::python {
 namespace py = pybind11;
 
 /// Keyword arguments as the parameters of a model.
-/// @throws std::invalid_argument naming an unknown key, or key, value and what would be right
+/// @throws std::invalid_argument naming an unknown key, or key, value and requirement
 ParameterMap parametersOf(const py::kwargs& keywords);
 
 template <class Params>
@@ -45,9 +45,9 @@ py::dict dictionaryOf(Params params) {
 /// An int counts nanoseconds, a float seconds. @throws std::invalid_argument for anything else
 Stamp stampFrom(const py::object& stamp);
 
-/// An image without a copy: (rows, columns) of uint8 or uint16, grey; or (rows, columns, 3) of uint8, BGR as
-/// OpenCV reads it. Any strides; what is not contiguous is copied.
-/// @throws std::invalid_argument naming shape and type of what is none of these
+/// An image without a copy: (rows, columns) of uint8 or uint16, grey; or (rows, columns, 3) of uint8, BGR as in OpenCV.
+/// Any strides; an array that is not contiguous is copied.
+/// @throws std::invalid_argument naming shape and type of any other array
 cv::Mat imageFrom(const py::array& array);
 
 /// A copy, shape (rows, columns).

@@ -7,7 +7,7 @@
 namespace ratslam::python {
 namespace {
 
-/// The cells, and the view they saw last.
+/// The cells and the last view.
 struct Cells {
   LocalViewCells cells;
   View seen;

@@ -18,12 +18,12 @@ PipelineParams pipelineParams(const py::kwargs& keywords) {
   return PipelineParams::fromMap(map);
 }
 
-/// The whole system, and what happens to an image before any model sees it.
+/// The whole system: image stage and pipeline.
 struct System {
   PipelineParams params;
   std::unique_ptr<Pipeline> pipeline;
   std::unique_ptr<ImageStage> images;
-  std::string told;  ///< about the last image
+  std::string told;  ///< report of the image stage about the last image
 
   System(const std::string& odometry, const py::kwargs& keywords) : params(pipelineParams(keywords)) {
     std::unique_ptr<OdometrySource> source;

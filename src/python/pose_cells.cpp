@@ -8,7 +8,7 @@
 namespace ratslam::python {
 namespace {
 
-/// The network behind a shared pointer: an array that shows its activity keeps it alive.
+/// The network, held by a shared pointer: an array that shows its activity keeps it alive.
 struct Network {
   PoseCellParams params;
   std::shared_ptr<PoseCellNetwork> network;
@@ -23,7 +23,7 @@ struct Cells {
   explicit Cells(const PoseCellParams& p) : params(p), cells(std::make_shared<PoseCells>(p)) {}
 };
 
-/// The activity itself, not a copy, read-only; shape (heading, y, x).
+/// The activity without a copy, read-only; shape (heading, y, x).
 template <class Owner>
 py::array viewOf(const ActivityGrid& grid, const std::shared_ptr<Owner>& owner) {
   auto* held = new std::shared_ptr<Owner>(owner);
@@ -48,7 +48,7 @@ ActivityGrid gridFrom(const py::array_t<double, py::array::c_style | py::array::
   return grid;
 }
 
-/// A new object takes the state: arrays that show the old one's activity keep showing it.
+/// Loads the state into a new object. So arrays that show the old one's activity do not change.
 template <class Stage>
 void loadInto(std::shared_ptr<Stage>& stage, const PoseCellParams& params, const py::bytes& bytes) {
   auto loaded = std::make_shared<Stage>(params);

@@ -1,4 +1,4 @@
-// What the tools can do with bags. A build without ROS has the same functions, which say that it knows none.
+// The tools' functions for bags. In a build without ROS they report that bags are not supported.
 #pragma once
 
 #include <memory>
@@ -9,11 +9,11 @@
 
 namespace ratslam {
 
-/// Takes whatever is no folder, so that a file that is no bag is told so.
+/// Recognises every file, so that a file which is no bag gets a clear error.
 RecordingKind bagRecordings();
 
 /// Writes a synthetic drive as a bag. @param root namespace of its topics
-/// @throws std::runtime_error where options.out cannot be written
+/// @throws std::runtime_error if options.out cannot be written
 std::unique_ptr<TownSink> makeBagSink(const TownOptions& options, const std::string& root);
 
 }  // namespace ratslam

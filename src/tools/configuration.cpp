@@ -10,7 +10,7 @@ namespace ratslam {
 ParameterMap readConfiguration(const std::string& program, const std::string& file,
                                const std::vector<std::string>& assignments) {
   if (file.empty() && assignments.empty()) {
-    // The defaults are OpenRatSLAM's, whose template of one block knows no place.
+    // The defaults are OpenRatSLAM's: a template of one block, which cannot distinguish places.
     throw std::invalid_argument(
         "--config FILE is missing; the package's folder config/ holds some to begin with");
   }

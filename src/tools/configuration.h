@@ -8,7 +8,7 @@
 
 namespace ratslam {
 
-/// The configuration file with the assignments key=value on top; what it leaves out or implies is said on stdout.
+/// Reads the configuration file; the assignments key=value override it. Remarks about it are printed to stdout.
 /// @throws std::exception naming what is wrong, or that there is neither a file nor an assignment
 ParameterMap readConfiguration(const std::string& program, const std::string& file,
                                const std::vector<std::string>& assignments);

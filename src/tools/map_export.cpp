@@ -38,7 +38,7 @@ ExperienceGraph graphOf(const MapCheckpoint& map) {
   return graph;
 }
 
-/// Largest number in a column of numbers that fit 32 bits.
+/// Largest number in a column of 32-bit numbers.
 std::uint32_t largest(const State& table, const std::string& column) {
   std::uint32_t largest = 0;
   if (table.rows().value_or(0) == 0) return 0;
@@ -81,7 +81,8 @@ std::vector<std::string> faultsOf(const MapCheckpoint& map) {
   atMost(find(map.state, "pose_cells/cells/view_input/view_links"), "view_id", templates, "template");
   atMost(find(map.state, "pose_cells/cells/selector/selection"), "view_id", templates, "template");
   try {
-    if (find(map.state, "experience_map") != nullptr) graphOf(map);  // checks the ends of links
+    if (find(map.state, "experience_map") != nullptr)
+      graphOf(map);  // throws if the end of a link does not exist
   } catch (const std::runtime_error& error) {
     faults.emplace_back(error.what());
   }

@@ -1,4 +1,4 @@
-// What is in a map file, for people and for other programs.
+// Description, check and export of a map file's content.
 #pragma once
 
 #include <iosfwd>
@@ -14,24 +14,25 @@ struct MapCount {
   std::size_t number = 0;
 };
 
-/// Templates, experiences, links, ...; those of the parts that the file holds.
+/// Numbers of templates, experiences, links, ... of the parts that the file holds.
 std::vector<MapCount> countMap(const MapCheckpoint& map);
 
-/// What does not fit together between the parts of a map, one line each.
+/// Contradictions between the parts of a map, one line each.
 std::vector<std::string> faultsOf(const MapCheckpoint& map);
 
-/// Where on the Earth the map's origin lies, and which way its x axis points.
+/// Position of the map's origin on the Earth, and direction of its x axis.
 struct MapAnchor {
   double latitude_deg = 0.0;
   double longitude_deg = 0.0;
   double bearing_deg = 0.0;  ///< of the x axis, clockwise from north
 };
 
-// @throws std::runtime_error where the file holds no experience map
-void exportTum(std::ostream& out, const MapCheckpoint& map);   ///< the path as the map sees it
+// @throws std::runtime_error if the file holds no experience map
+void exportTum(std::ostream& out, const MapCheckpoint& map);   ///< the path in the present map
 void exportYaml(std::ostream& out, const MapCheckpoint& map);  ///< map.yaml
 void exportGraphml(std::ostream& out, const MapCheckpoint& map);
-/// Experiences as points, links as lines, in WGS 84. Flat about the anchor: good to a metre within a few km.
+/// Experiences as points, links as lines, in WGS 84. The projection is flat about the anchor: exact to a metre within a
+/// few km.
 void exportGeojson(std::ostream& out, const MapCheckpoint& map, const MapAnchor& anchor);
 
 }  // namespace ratslam

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kSnapshots = 6;  // of the pose cells, where no times are given
+constexpr std::size_t kSnapshots = 6;  // number of snapshots of the pose cells if no times are given
 
 std::string shortText(double number) {
   std::ostringstream text;
@@ -33,7 +33,7 @@ std::string shortText(double number) {
 
 void say(const std::string& text) { std::cerr << "ratslam_run: " << text << '\n'; }
 
-/// The calibration that counts: the one named on the command line, the configuration's, the recording's own.
+/// Selects the calibration: first that of the command line, then the configuration's, then the recording's.
 std::optional<CameraModel> chooseCamera(const RunOptions& options, const PipelineParams& params,
                                         const Recording& recording) {
   if (!options.calibration.empty()) return readCalibration(options.calibration);
@@ -69,7 +69,7 @@ std::unique_ptr<Recording> openWithOdometry(const RunOptions& options, const Pip
 
 std::unique_ptr<Pipeline> makePipeline(const RunOptions& options, const PipelineParams& params,
                                        const OdometryKind& kind, const Recording& recording) {
-  // A calibration that nobody needs may be missing or malformed.
+  // If the calibration is not needed, it may be missing or malformed.
   const bool needed = kind.needs_camera || params.recall_geometry.verifies() || !options.calibration.empty();
   const auto camera = needed ? chooseCamera(options, params, recording) : std::nullopt;
   const auto doubt = camera ? camera->doubt() : std::nullopt;
@@ -98,9 +98,9 @@ SnapshotMoments chooseMoments(const RunOptions& options, std::size_t frames) {
                                        : SnapshotMoments::fromTimes(options.pose_cells_at);
 }
 
-/// The files of a run take the places of those that have their names: none of what it reads may be among them.
+/// Checks that the output files, which replace old files, do not include any input of the run.
 void requireOutputsApart(const RunOptions& options) {
-  std::error_code error;  // what is not there is not in the way
+  std::error_code error;  // missing files are no conflict
   if (fs::equivalent(options.input, options.out, error)) {
     throwBadValue("--out", options.out, "it must be another folder than the recording's own");
   }
@@ -149,7 +149,7 @@ OfflineRun::OfflineRun(const RunOptions& options)
   if (!options.changes.empty()) {
     addChanges(readParameterChanges(options.changes), parameters_, *pipeline_);
   }
-  // A run that is to be continued, or is, keeps what one run over the whole recording would have kept.
+  // A run in several parts takes the snapshots that one run over the whole recording would take.
   const bool in_parts = !options.save_map.empty() || !options.load_map.empty();
   snapshots_ = PoseCellSnapshots(chooseMoments(options, in_parts ? recording_->imageCount() : totalFrames()));
   if (options.pose_cells_every > 0) cells_.emplace(options.pose_cells_every);
@@ -162,7 +162,8 @@ OfflineRun::OfflineRun(const RunOptions& options)
     video_ =
         std::make_unique<RunVideo>(options.video, params_.odometry.of<ProfileOdometryParams>().camera_hz);
   }
-  if (!options.save_map.empty()) {  // last: whatever is refused before leaves no map without content
+  if (!options.save_map
+           .empty()) {  // the last step, because an error before it must not leave an empty map file
     map_lock_ = std::make_unique<MapLock>(options.save_map);
     map_writer_ = std::make_unique<MapWriter>(options.save_map);
   }
@@ -204,7 +205,7 @@ bool OfflineRun::saveMap() const {
     run.set("span", span_);
     map_writer_->save(map);
     return true;
-  } catch (const std::exception& e) {  // the results are written all the same
+  } catch (const std::exception& e) {  // the results are still written
     say(std::string("the map is not saved: ") + e.what());
     return false;
   }
@@ -335,7 +336,7 @@ bool OfflineRun::nothingCameOfIt() const {
 }
 
 bool OfflineRun::snapshotsAreMissing() const {
-  // Whoever goes on in a saved map may still come to the later times.
+  // If the map is saved, a later run may reach the later times.
   if (stopRequested() || !options_.save_map.empty()) return false;
   const auto complaint = snapshots_.complaint();
   if (complaint) say(*complaint);

@@ -1,5 +1,4 @@
-// One run of the whole system over a recording. Whatever ends it before the recording does, what was mapped
-// until then is finished and written.
+// One run of the whole system over a recording. If it ends early for any reason, the map so far is finished and written.
 #pragma once
 
 #include <array>
@@ -21,17 +20,17 @@ namespace ratslam {
 
 class OfflineRun {
  public:
-  /// Finds out everything that can be found wrong before the first image, unwritable outputs among it.
+  /// Checks everything that can be checked before the first image, for example that outputs can be written.
   /// @throws std::exception with one clear line
   explicit OfflineRun(const RunOptions& options);
 
-  /// Runs until the recording ends, max_frames are over, a signal asks for the end or something fails; then
-  /// writes what there is. @return whether all went well; else one clear line has been said
+  /// Runs until the recording or max_frames end, a signal requests the end, or something fails. Then writes the results.
+  /// @return whether all went well; if not, one clear line has been printed
   bool run();
 
  private:
   void loadMap(const OdometryKind& kind);
-  /// @return whether there is nothing to save, or it is saved; else it has been said why not
+  /// @return false if the map was to be saved and could not be; the reason has been printed
   bool saveMap() const;
   void addImage(const DecodedImage& image);
   void follow(const Pipeline::Progress& progress);
@@ -39,7 +38,7 @@ class OfflineRun {
   void sayWhatWasLeft() const;
   void sayWhatOdometryLacks() const;
   bool nothingCameOfIt() const;
-  /// @return whether pose cells were asked for at times that the drive has not, which has been said
+  /// @return whether the drive ended before one of the snapshots' times; that has been printed
   bool snapshotsAreMissing() const;
   bool wanted() const;
   std::size_t totalFrames() const;
@@ -55,7 +54,7 @@ class OfflineRun {
   std::unique_ptr<MapWriter> map_writer_;
   std::optional<Stamp> first_stamp_;
   std::optional<Stamp> last_stamp_;
-  std::size_t taken_ = 0;  ///< images of this run
+  std::size_t taken_ = 0;  ///< number of images of this run
   std::array<bool, kImageEvents> said_{};
   ImageStage images_;
   OdometrySpan span_;

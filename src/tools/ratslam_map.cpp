@@ -1,4 +1,4 @@
-// ratslam_map: looks into map files, checks them, and gives what is in them to other programs.
+// ratslam_map: describes, checks, exports, prunes and merges map files.
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <filesystem>
@@ -98,7 +98,7 @@ void prune(const Options& options) {
   MapCheckpoint map = loadMapFile(options.file);
   MapCheckpoint pruned = map;
   pruned.state = State();
-  // Without its log a run does not go on, and its odometry (ORB's holds images) begins anew.
+  // Without its log a run cannot be continued. The odometry, which may hold images, then begins anew.
   const bool of_run = map.state.hasChild("run");
   for (const auto& [name, part] : map.state.children()) {
     if (name != "run" && !(of_run && name == "odometry")) pruned.state.child(name) = part;

@@ -1,4 +1,4 @@
-/// ratslam_places: what the local view recalls, written out frame by frame; scripts/evaluate_places judges it.
+/// ratslam_places: writes the recalls of the local view frame by frame, for scripts/evaluate_places.
 #include <algorithm>
 #include <boost/program_options.hpp>
 #include <cmath>
@@ -51,7 +51,7 @@ class Images {
     });
   }
 
-  /// The next image, none at the end. @throws std::runtime_error naming an unreadable one
+  /// The next image; none at the end. @throws std::runtime_error naming an unreadable one
   std::optional<cv::Mat> next() {
     if (items_) {
       while (auto item = items_->next()) {
@@ -127,13 +127,13 @@ LocalViewParams parametersOf(const Options& options) {
   return params;
 }
 
-/// Learned places and what is asked of them.
+/// Learned places with recall.
 class Places {
  public:
   explicit Places(const LocalViewParams& params)
       : params_(params), pair_(DescriptorRegistry::builtIn().make(params)) {}
 
-  /// Another session on the same map: what the descriptor has adapted to is forgotten.
+  /// Begins another session on the same map: the adaptation of the descriptor is forgotten.
   void startSession() {
     pair_.descriptor = DescriptorRegistry::builtIn().make(params_).descriptor;
     wakeUp();
@@ -155,7 +155,7 @@ class Places {
     bool claimed = false;
   };
 
-  /// The place of a view among those of lower number than `end`.
+  /// Recalls the place of a view among those with numbers below `end`.
   Answer ask(const View& view, std::size_t end) {
     Answer answer;
     if (end == 0 || !view.textured) return answer;
@@ -174,7 +174,7 @@ class Places {
     return answer;
   }
 
-  /// The robot moves on to a view, without learning it.
+  /// Moves the robot on to a view, without learning it.
   void moveOn(const View& view) {
     const double novelty = before_.variants.empty() ? 1.0 : pair_.matcher->novelty(view, before_);
     belief_.move(ViewMotion::oneStep(), novelty);
@@ -241,7 +241,7 @@ void askOneRecording(const Options& options, const LocalViewParams& params, std:
 void mapAndRecall(const Options& options, const LocalViewParams& params, std::ostream& out) {
   LocalViewCells cells(params);
   std::vector<std::size_t> learned_at;
-  std::vector<std::size_t> left_at;  // the last frame of the stay that a view was learned in
+  std::vector<std::size_t> left_at;  // last frame of the stay at which each view was learned
   bool at_newest = false;
   std::size_t frame = 0;
   for (const std::string& pass : options.passes) {

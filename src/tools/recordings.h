@@ -1,4 +1,4 @@
-// Opens whatever a user may call a recording.
+// Opening of recordings of any form.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace ratslam {
 
-/// A folder that the core reads, or a bag.
-/// @throws std::runtime_error saying what is missing, or what a recording may be
+/// Opens a folder or a bag.
+/// @throws std::runtime_error saying what is missing, or listing the forms of recordings
 std::unique_ptr<Recording> openRecording(const std::string& path, const RecordingOptions& options);
 
 }  // namespace ratslam

@@ -39,7 +39,7 @@ void listParameters() {
 
 po::options_description describe(RunOptions& options) {
   po::options_description visible("Options");
-  std::string odometries;  // the description takes a copy
+  std::string odometries;  // the description copies it
   const OdometryRegistry registry = standardOdometry();
   for (const OdometryKind& kind : registry.kinds()) {
     odometries += (odometries.empty() ? "" : "; ") + kind.name + ": " + kind.meaning;
@@ -104,7 +104,7 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
   try {
     po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
     po::notify(values);
-  } catch (const po::invalid_option_value& error) {  // all that are no texts are counts
+  } catch (const po::invalid_option_value& error) {  // all options that are no texts are counts
     throw std::invalid_argument(std::string(error.what()) + ": it must be a whole number");
   } catch (const po::too_many_positional_options_error&) {
     throw std::invalid_argument("one INPUT at a time; a path with blanks stands in quotes; see --help");

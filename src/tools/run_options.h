@@ -15,22 +15,23 @@ struct RunOptions {
   std::string config;
   std::string out;
   std::string odometry;
-  std::string calibration;  ///< file of a camera's intrinsics; empty: what the recording or configuration has
-  std::string video;        ///< file to write; empty: none
+  std::string
+      calibration;    ///< file of the camera's intrinsics; empty: those of the recording or configuration
+  std::string video;  ///< file to write; empty: none
   std::size_t pose_cells_every = 0;  ///< views from one snapshot to the next; 0: none
-  std::string pose_cells_at;         ///< times of snapshots [s]; empty: spread evenly
+  std::string pose_cells_at;         ///< times of snapshots [s]; empty: at equal distances
   std::vector<std::string> assignments;
   std::string changes;
   std::size_t max_frames = 0;  ///< 0: all
-  std::size_t from_frame = 0;  ///< images before it are passed over
+  std::size_t from_frame = 0;  ///< number of images to skip
   std::string save_map;        ///< map file to write at the end; empty: none
   bool localise_only = false;  ///< learn nothing
-  std::string load_map;        ///< map file to go on from; empty: none
+  std::string load_map;        ///< map file to continue; empty: none
   RecordingOptions recording;
   int decode_threads = 2;
 };
 
-/// @return nullopt where the user only asked for help, which is then printed
+/// @return nullopt if the user only asked for help, which has been printed
 /// @throws std::exception saying what is wrong
 std::optional<RunOptions> parseRunOptions(int argc, char** argv);
 

@@ -1,5 +1,4 @@
-/// The whole system in one picture, as topics show its parts and a video shows all of it: local view at the
-/// upper left, pose cells below it, the map at the right.
+/// The whole system in one picture for videos: local view at the upper left, pose cells below it, the map at the right.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -9,13 +8,12 @@ namespace ratslam {
 constexpr int kCompositeWidth = 1280;
 constexpr int kCompositeHeight = 720;
 
-/// Sizes that the parts are best drawn in.
+/// Sizes of the parts.
 cv::Size localViewPictureSize();
 cv::Size activityPictureSize();
 cv::Size mapPictureSize();
 
-/// kCompositeWidth x kCompositeHeight, 8-bit BGR. An empty part is left out; one of another size is fitted
-/// in.
+/// kCompositeWidth x kCompositeHeight, 8-bit BGR. An empty part is left out. A part of another size is scaled.
 cv::Mat composite(const cv::Mat& local_view, const cv::Mat& activity, const cv::Mat& map);
 
 }  // namespace ratslam

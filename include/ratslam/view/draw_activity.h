@@ -1,8 +1,8 @@
-/// Picture of the pose cells: activity summed along each of the three axes of the network, and the way of the
-/// best estimate through them (Malichev & Yakhno 2024, Fig. 4).
+/// Picture of the pose cells: activity summed along each of the three axes of the network, and the trail of the best
+/// estimate (Malichev & Yakhno 2024, Fig. 4).
 ///
-/// The plane (x to the right, y up) lies at the upper left, heading over x below it, heading over y at its
-/// right, each square; the estimate in numbers [cells, degrees] in the corner that is left.
+/// The plane (x to the right, y up) is at the upper left, heading over x below it, heading over y to its right. Each is a
+/// square. The fourth corner shows the estimate in numbers [cells, degrees].
 #pragma once
 
 #include <deque>

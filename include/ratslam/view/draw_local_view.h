@@ -1,5 +1,5 @@
-/// Picture of the local view cells: the camera's image, and under it the present view beside the template of
-/// the active view cell, with ids and error.
+/// Picture of the local view cells: the camera's image, and below it the present view and the template of the active view
+/// cell, with ids and error.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -9,15 +9,15 @@
 
 namespace ratslam {
 
-/// @param image         as the camera gave it: 8 or 16 bits, 1, 3 or 4 channels
-/// @param view          what the image made of the view cells
-/// @param view_image    8-bit mono, one pixel a template value: of the present view
-/// @param active_image  the same of the active view cell's template; both unused where none is active
+/// @param image         camera's image: 8 or 16 bits, 1, 3 or 4 channels
+/// @param view          view event of the image
+/// @param view_image    the present view: 8-bit mono, one pixel per template value
+/// @param active_image  the same for the active view cell's template; both are unused if no cell is active
 /// @throws std::invalid_argument for an image of another kind
 cv::Mat drawLocalView(const cv::Mat& image, const ViewEvent& view, const cv::Mat& view_image,
                       const cv::Mat& active_image, const cv::Size& size);
-/// The same after the cells have observed the image. Where recalls are a matter of belief, with the belief
-/// over all places below it, oldest at the left, and the places most believed in.
+/// The same after the cells have observed the image. With vt_recall belief it also shows the belief over all places, from
+/// the oldest at the left, and the most likely places.
 cv::Mat drawLocalView(const cv::Mat& image, const ViewEvent& view, const LocalViewCells& cells,
                       const cv::Size& size);
 

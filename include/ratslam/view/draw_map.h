@@ -1,4 +1,4 @@
-/// Picture of the experience map from above: driven links, links by recall, the robot, a bar of known length.
+/// Picture of the experience map from above: driven links, links by recall, the robot, and a scale bar.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -8,7 +8,7 @@
 
 namespace ratslam {
 
-/// The whole map as large as it fits, x to the right and y up.
+/// Draws the whole map as large as possible, x to the right and y up.
 /// @param robot  its pose in the map
 cv::Mat drawMap(const ExperienceGraph& graph, const MapPose& robot, const cv::Size& size);
 

@@ -1,4 +1,4 @@
-/// Says once that a part whose numbers one keeps has started again, and what it has forgotten.
+/// Logs once that another part has started again, and which of its numbers it has forgotten.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ class SessionWatch {
   /// @param who  "the local view"   @param what  it numbers: "views"
   SessionWatch(std::string who, std::string what);
 
-  /// What has been heard of before this process began; no news.
+  /// Sets the session from before this process began, which is not reported.
   void start(const NumberSession& known) { last_ = known; }
   /// To be called with the session of every message.
   void heard(const NumberSession& session);

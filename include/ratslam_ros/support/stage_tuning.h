@@ -1,5 +1,5 @@
-/// Lets thresholds and gains of a stage be changed while its node runs (dynamic_reconfigure). Each change is told on
-/// ParameterChange with the stamp after which it holds: `ratslam_run --changes` repeats the run.
+/// Changes of a stage's thresholds and gains while its node runs (dynamic_reconfigure). Each change is published on
+/// ParameterChange with the stamp after which it holds, so that `ratslam_run --changes` can repeat the run.
 #pragma once
 
 #include "ratslam/system/parameter_changes.h"

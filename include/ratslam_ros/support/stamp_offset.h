@@ -1,5 +1,5 @@
-/// Two streams that are merged by stamp and whose stamps come from clocks that disagree: without a word one would
-/// wait for the other for ever, or lie outside its time altogether.
+/// Detects that two streams which are merged by stamp have different clocks. Otherwise one would silently wait for the
+/// other for ever, or cover another time altogether.
 #pragma once
 
 #include <ros/time.h>
@@ -14,16 +14,15 @@ namespace ratslam {
 
 class StampOffset {
  public:
-  /// Both streams have spoken.
+  /// Sets the newest stamp of either stream.
   void first(Stamp stamp) { first_ = {stamp, ros::WallTime::now()}; }
   void second(Stamp stamp) { second_ = {stamp, ros::WallTime::now()}; }
 
-  /// How far the second stream's newest stamp is ahead of the first's [s], while both speak.
+  /// Lead of the second stream's newest stamp over the first's [s]; none if one of them is silent.
   std::optional<double> seconds() const;
 
-  /// A line that names a lasting difference of more than a second; none where there is none or it has been told.
-  /// To be asked a few times a second. What one stream lags behind for want of computing time changes; a
-  /// difference of clocks does not.
+  /// A warning about a lasting difference of more than a second; none if there is none or it has been reported. To be
+  /// called a few times a second. A lag by lack of computing time varies, a difference of clocks does not.
   std::optional<std::string> complaint(const std::string& first_name, const std::string& second_name);
 
  private:
@@ -34,7 +33,7 @@ class StampOffset {
 
   std::optional<Spoken> first_;
   std::optional<Spoken> second_;
-  std::deque<double> lately_;  ///< differences of the last seconds
+  std::deque<double> lately_;  ///< differences in the last seconds
   std::optional<double> told_;
 };
 

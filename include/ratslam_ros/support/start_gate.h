@@ -1,6 +1,6 @@
-/// Lets a node listen only once somebody listens to it, so that a playback loses no message at its start: the
-/// last node of the chain starts first, and the player waits for all of them. Once a node listens it advertises
-/// ~started: nodelets of one process share their connections, which therefore cannot tell that.
+/// Lets a node subscribe only once its outputs have subscribers, so that a playback loses no message at its start: the
+/// last node of the chain subscribes first, and the player waits for all nodes. Then the node advertises ~started,
+/// because nodelets of one process share connections, from which their subscriptions cannot be told.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -13,8 +13,8 @@ namespace ratslam {
 
 class StartGate {
  public:
-  /// Calls `start` at once where `count` is 0, else as soon as each of `outputs` has `count` subscribers;
-  /// gives up waiting with a warning after 15 s.
+  /// Calls `start` at once if `count` is 0, else as soon as each of `outputs` has `count` subscribers. After 15 s it
+  /// warns and calls `start` anyway.
   /// @param own  handle of the node's private names
   StartGate(const ros::NodeHandle& handle, const ros::NodeHandle& own, std::vector<ros::Publisher> outputs,
             int count, std::function<void()> start);

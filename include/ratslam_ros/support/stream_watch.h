@@ -1,5 +1,4 @@
-/// Keeps an eye on the streams a node lives on: one that never comes, and one that falls silent while another
-/// waits for it.
+/// Watches the input streams of a node: one that never comes, and one that becomes silent while another waits for it.
 #pragma once
 
 #include <ros/master.h>
@@ -11,12 +10,12 @@
 
 namespace ratslam {
 
-/// Whether the ROS master knows a publisher of that topic, a resolved name.
+/// Whether the ROS master knows a publisher of a topic. @param topic  resolved name
 bool isPublished(const std::string& topic);
 
-/// Topics somebody publishes that may be meant by `topic`: of the same type, or whose name ends alike. The same
-/// images in another transport come first, with the parameter that reads them; pictures that nodes of this package
-/// draw are none.
+/// Published topics that may be meant by `topic`: of the same type, or with the same last name. The same images in
+/// another transport come first, with the parameter that selects it. Pictures drawn by nodes of this package are left
+/// out.
 std::vector<std::string> similarTopics(const std::string& topic, const std::string& type,
                                        const std::vector<ros::master::TopicInfo>& published);
 
@@ -31,7 +30,7 @@ class StreamWatch {
   bool came() const { return came_; }
   const std::string& topic() const { return topic_; }
 
-  /// Warns once when nothing has come for 5 s after start(), with the topics that look like it.
+  /// Warns once if nothing has come for 5 s after start(), and lists similar topics.
   void warnIfItNeverCame();
 
  private:
@@ -42,21 +41,21 @@ class StreamWatch {
   bool warned_ = false;
 };
 
-/// Decides when a stream whose messages wait goes on without the stream they wait for.
+/// Decides when waiting messages are processed without the stream for which they wait.
 ///
-/// Silence counts in wall time, and where a simulated clock runs in that too: a paused player is not silence.
-/// Once given up, the silent stream is not waited for until it speaks again.
+/// Silence is measured in wall time and, with a simulated clock, in simulated time too: a paused player is no silence.
+/// After a timeout there is no waiting until the silent stream continues.
 class SyncTimeout {
  public:
   explicit SyncTimeout(double timeout_s) : timeout_s_(timeout_s) {}
 
-  /// The stream that is waited for has spoken, or what waited has been processed after all.
+  /// To be called when the other stream has brought a message, or the waiting messages have been processed.
   void messageArrived() {
     waiting_since_.reset();
     given_up_ = false;
   }
 
-  /// @return true where what waits shall be processed now. To be asked every now and then.
+  /// @return true if the waiting messages are to be processed now. To be called regularly.
   bool expired(bool something_waits);
 
  private:

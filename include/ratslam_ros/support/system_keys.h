@@ -1,6 +1,6 @@
-/// Every parameter that some part of the system understands: those of the models and those of the nodes. All
-/// programs share one configuration, so the offline runner takes the nodes' keys too, also where it is built
-/// without ROS: nothing here needs it.
+/// Keys of all parameters of the system: those of the models and those of the nodes. All programs share one
+/// configuration, so the offline runner also accepts the nodes' keys. This header needs no ROS, because the runner can be
+/// built without it.
 #pragma once
 
 #include <set>

@@ -1,4 +1,4 @@
-/// The robot's path and the map as files: FILE_online, FILE_final and FILE_map.yaml, for evaluation tools.
+/// The robot's path and the map as files for evaluation tools: FILE_online, FILE_final and FILE_map.yaml.
 #pragma once
 
 #include <string>
@@ -11,20 +11,20 @@ struct TrajectoryFiles {
   std::string online;
   std::string final;
   std::string map;
-  std::string changes;  ///< where there were any
+  std::string changes;  ///< written only if there were any
 };
 
-/// Names of the files: an ending .tum or .txt of `file` is taken off, then _online or _final and the
-/// ending of the format - .tum or, for KITTI, .txt - are added. runs/kitti.tum -> runs/kitti_online.tum,
-/// runs/kitti_final.tum, runs/kitti_map.yaml and runs/kitti_changes.csv
+/// Names of the files. An ending .tum or .txt of `file` is removed, then _online or _final and the ending of the format
+/// are added: .tum, or .txt for KITTI. runs/kitti.tum -> runs/kitti_online.tum, runs/kitti_final.tum,
+/// runs/kitti_map.yaml and runs/kitti_changes.csv
 TrajectoryFiles trajectoryFiles(const std::string& file, const std::string& format);
 
-/// Fails now where writeTrajectories would fail at the end of a long run; nothing where `file` is empty.
-/// @throws std::runtime_error naming what cannot be written
+/// Fails at once if writeTrajectories would fail at the end of a long run. Does nothing if `file` is empty.
+/// @throws std::runtime_error naming the file that cannot be written
 void requireTrajectoriesWritable(const std::string& file, const std::string& format);
 
-/// Writes them, making the folder where it is missing; all of them or none. Where time went back, trajectories with
-/// stamps go on in files of their own (dataset/trajectory_io.h). @return their names
+/// Writes all files or none, and creates the folder if it is missing. If time went back, trajectories with stamps are
+/// continued in further files (dataset/trajectory_io.h). @return the names of the files
 /// @throws std::runtime_error naming what cannot be written
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
                                   const std::string& format);

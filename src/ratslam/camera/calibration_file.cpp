@@ -54,7 +54,7 @@ double numberIn(const YAML::Node& node, const std::string& key) {
   try {
     const auto number = node.as<double>();
     if (std::isfinite(number)) return number;
-  } catch (const YAML::Exception&) {  // told below
+  } catch (const YAML::Exception&) {  // reported below
   }
   throw std::invalid_argument(key + ": '" + (node.IsScalar() ? shown(node.Scalar()) : "a list") +
                               "' is not a finite number");
@@ -97,16 +97,16 @@ CameraModel readRosForm(const YAML::Node& root) {
                     model, bends ? dataIn(root, "distortion_coefficients") : std::vector<double>{});
 }
 
-/// The file's root where it has a matrix in it, as ROS and OpenCV write it.
+/// The file's root if it has a matrix, as ROS and OpenCV write it; else none.
 std::optional<YAML::Node> rootOfRosForm(const std::string& path) {
   std::string text = readText(path);
-  const std::string head = "%YAML:";  // OpenCV's, no YAML to others
+  const std::string head = "%YAML:";  // OpenCV's directive, which is not valid YAML
   if (text.compare(0, head.size(), head) == 0) text.insert(0, "#");
   try {
     requireOneYamlDocument(text);
     const YAML::Node root = YAML::Load(text);
     if (root.IsMap() && root["camera_matrix"].IsDefined()) return root;
-  } catch (const YAML::Exception&) {  // told, with its line, by whoever reads the other form
+  } catch (const YAML::Exception&) {  // the reader of the other form reports it with its line
   }
   return std::nullopt;
 }

@@ -31,7 +31,7 @@ std::size_t coefficientCount(LensModel model) {
   return 0;
 }
 
-/// A bearing as the lens bends it, and the derivative by the ideal one.
+/// A distorted bearing and its derivative by the ideal bearing.
 struct BentBearing {
   Eigen::Vector2d bearing;
   Eigen::Matrix2d jacobian;
@@ -82,17 +82,17 @@ inline BentBearing bend(LensModel model, const Coefficients& k, const Eigen::Vec
   return bent;
 }
 
-/// Where Newton's method starts. An equidistant lens is undone along its radius first: at wide angles the
-/// tangent is too steep for a start at the distorted bearing itself.
+/// Start of Newton's method. For an equidistant lens the radius is inverted first, because at wide angles the tangent is
+/// too steep for a start at the distorted bearing itself.
 Eigen::Vector2d firstGuess(const CameraModel& camera, const Eigen::Vector2d& bent) {
   if (camera.model != LensModel::kEquidistant) return bent;
   const double bent_angle = bent.norm();
   if (bent_angle < 1e-9) return bent;
-  constexpr double kWidest = 1.5;  // [rad] of incidence that a pinhole can still represent
+  constexpr double kWidest = 1.5;  // largest angle of incidence that a pinhole can represent [rad]
   return bent * (std::tan(std::min(bent_angle, kWidest)) / bent_angle);
 }
 
-/// Half-way to the corners every lens bends moderately; where one does not, its coefficients are none.
+/// A pixel that is distorted too much for a real lens, half-way to a corner; none if the coefficients are plausible.
 std::optional<Eigen::Vector2d> pixelBentTooFar(const CameraModel& camera) {
   constexpr double kUndone = 1.0;  // [px]
   constexpr double kMostBent = 5.0;
@@ -102,7 +102,7 @@ std::optional<Eigen::Vector2d> pixelBentTooFar(const CameraModel& camera) {
         Eigen::Vector2d(camera.width, camera.height)}) {
     const Eigen::Vector2d raw = 0.5 * (middle + corner);
     const Eigen::Vector2d pixel = camera.undistort(raw);
-    // In the direction of the raw pixel: coefficients of a wrong sign find it on the other side.
+    // Component in the direction of the raw pixel. With a wrong sign of coefficients the pixel may be on the other side.
     const double farther = (pixel - middle).dot(raw - middle) / (raw - middle).squaredNorm();
     const bool undone = (camera.distort(pixel) - raw).norm() < kUndone;
     if (!undone || !(farther * kMostBent > 1.0 && farther < kMostBent)) return raw;
@@ -145,7 +145,8 @@ void CameraModel::validate() const {
 }
 
 std::optional<std::string> CameraModel::doubt() const {
-  constexpr double kFarFromMiddle = 0.2;  // of the size: half or twice the images' size lies farther
+  constexpr double kFarFromMiddle =
+      0.2;  // share of the size; a calibration for half or twice the size exceeds it
   std::ostringstream text;
   if (std::abs(cx / width - 0.5) <= kFarFromMiddle && std::abs(cy / height - 0.5) <= kFarFromMiddle) {
     const auto bent = pixelBentTooFar(*this);
@@ -194,7 +195,7 @@ Eigen::Vector2d CameraModel::undistort(const Eigen::Vector2d& raw, const Eigen::
                         now.jacobian(0, 0) * error.y() - now.jacobian(1, 0) * error.x()) /
         determinant;
     ideal -= correction;
-    // Newton's method squares the error: what is left after this step is far below a thousandth of a pixel.
+    // Newton's method squares the error: after this step it is far below a thousandth of a pixel.
     if (!(correction.squaredNorm() > kNewtonTolerance)) break;
   }
   if (!ideal.allFinite()) ideal = bent;

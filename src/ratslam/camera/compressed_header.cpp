@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::array<std::uint8_t, 8> kPngSignature{0x89, 'P', 'N', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 
-/// Big-endian numbers of data that may end anywhere.
+/// Reads big-endian numbers from data that may be truncated anywhere.
 class Bytes {
  public:
   Bytes(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
@@ -47,14 +47,14 @@ struct JpegParts {
   std::size_t first_scan = 0;  ///< where the entropy-coded data begins
 };
 
-/// Walks the marker segments up to the first scan; pictures inside of segments (thumbnails) are stepped over.
+/// Reads the marker segments up to the first scan. Pictures inside segments (thumbnails) are skipped.
 JpegParts walkJpeg(const Bytes& bytes) {
   constexpr std::uint32_t kScan = 0xDA;
   std::optional<CompressedHeader> header;
   std::size_t position = 2;
   while (true) {
     if (bytes.at(position, 1) != 0xFF) throw BadImage("corrupt compressed image: a JPEG without its markers");
-    while (bytes.at(position, 1) == 0xFF) ++position;  // any number of fill bytes
+    while (bytes.at(position, 1) == 0xFF) ++position;  // there may be any number of fill bytes
     const std::uint32_t marker = bytes.at(position++, 1);
     const bool alone = marker == 0x01 || (marker >= 0xD0 && marker <= 0xD8);
     if (alone) continue;

@@ -20,11 +20,11 @@ constexpr bool kHostIsBigEndian = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
 
 struct Encoding {
   const char* name;
-  int type;        ///< of the pixels as they lie in memory
+  int type;        ///< of the pixels in memory
   int conversion;  ///< cv::ColorConversionCodes
 };
 
-// A Bayer pattern is named by its first two rows here and by its second row in OpenCV.
+// ROS names a Bayer pattern by its first two rows, OpenCV by its second row.
 const Encoding kEncodings[] = {
     {"mono8", CV_8UC1, kNoConversion},
     {"8UC1", CV_8UC1, kNoConversion},
@@ -84,7 +84,7 @@ cv::Mat withBytesSwapped(const cv::Mat& image) {
   return swapped;
 }
 
-/// One of the three types that the models take; colours have 8 bits.
+/// Converts an image to one of the three types for the models. Colours get 8 bits.
 cv::Mat modelImage(cv::Mat image) {
   if (image.channels() == 2) {
     cv::extractChannel(image.clone(), image, 0);
@@ -151,8 +151,8 @@ cv::Mat decodeCompressed(const std::uint8_t* data, std::size_t size, const Image
   cv::Mat image;
   try {
     const cv::Mat bytes(1, static_cast<int>(size), CV_8UC1, const_cast<std::uint8_t*>(data));
-    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // which obeys no orientation tag
-  } catch (const cv::Exception&) {                      // some decoders throw where others return nothing
+    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // ignores orientation tags
+  } catch (const cv::Exception&) {                      // some decoders throw, others return an empty image
   }
   if (image.size() != measured)
     throw BadImage("corrupt compressed image (" + std::to_string(size) + " bytes)");

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 bool synchronised(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return false;
-  const bool done = ::fsync(descriptor) == 0 || errno == EINVAL;  // not every file system can
+  const bool done = ::fsync(descriptor) == 0 || errno == EINVAL;  // not every file system supports it
   ::close(descriptor);
   return done;
 }

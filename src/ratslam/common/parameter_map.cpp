@@ -28,19 +28,19 @@ bool parseDouble(const std::string& text, double& number) {
   return end == text.c_str() + text.size();
 }
 
-/// Names that OpenRatSLAM's users have for the same thing.
+/// The key for either of OpenRatSLAM's spellings.
 std::string canonicalKey(const std::string& key) {
   return key == "vt_patch_normalisation" ? "vt_patch_normalise" : key;
 }
 
-/// What OpenRatSLAM does and its configurations therefore need not say.
+/// Values that OpenRatSLAM's configurations imply.
 const std::map<std::string, std::string> kReferenceArithmetic = {{"exp_solver", "relaxation"}};
 
 bool isOneOf(const std::string& text, const std::vector<std::string>& words) {
   return std::find(words.begin(), words.end(), text) != words.end();
 }
 
-/// OpenRatSLAM's ini begins with a [section] or a key=value, whatever the file's name; YAML with neither.
+/// Whether a file is OpenRatSLAM's ini: it begins with a [section] or key=value, and YAML with neither.
 bool looksLikeIni(const std::string& path) {
   for (const TextLine& line : readLines(path)) {
     if (line.text.front() == '#' || line.text.front() == ';' || line.text == "---") continue;
@@ -49,7 +49,7 @@ bool looksLikeIni(const std::string& path) {
   return false;
 }
 
-/// A value of an ini file without the comment behind it.
+/// A value of an ini file without the comment after it.
 std::string withoutComment(const std::string& value) {
   for (std::size_t i = 1; i < value.size(); ++i) {
     const bool blank_before = value[i - 1] == ' ' || value[i - 1] == '\t';
@@ -103,12 +103,13 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// The first of the names that differ least from a key, in a third of its letters at most; empty where there is none.
+/// The name nearest to a key by edit distance, of equals the first; empty if it differs in more than a third of the
+/// letters.
 std::string nearestName(const std::string& key, const std::set<std::string>& names) {
   std::size_t least = std::max<std::size_t>(2, key.size() / 3) + 1;
   std::string nearest;
   for (const std::string& name : names) {
-    // Each letter that one has more than the other is a difference: a key may be as long as a file.
+    // The distance is at least the difference in length. This test is cheap, and a key may be as long as a file.
     if (std::max(key.size(), name.size()) - std::min(key.size(), name.size()) >= least) continue;
     const std::size_t distance = editDistance(key, name);
     if (distance >= least) continue;
@@ -230,7 +231,7 @@ void ParameterMap::rejectUnknown(const std::set<std::string>& known) const {
 }
 
 void ParameterMap::convert(const std::string& key, const ParameterValue& value, bool& field) {
-  // What YAML 1.1, and with it rosparam, takes for a boolean.
+  // The booleans of YAML 1.1, and so of rosparam.
   if (isOneOf(value.text, {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON", "1"})) {
     field = true;
   } else if (isOneOf(value.text, {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF", "0"})) {

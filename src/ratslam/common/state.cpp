@@ -10,7 +10,7 @@ constexpr std::array<const char*, 10> kTypeNames{"int8",   "uint8", "int16",  "u
                                                  "uint32", "int64", "uint64", "float32", "float64"};
 constexpr std::array<std::size_t, 10> kTypeSizes{1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
 constexpr std::uint64_t kMagic = 0x3145544154535352;  // "RSSTATE1" in memory
-constexpr int kDeepest = 64;                          // levels of States in a sound file
+constexpr int kDeepest = 64;                          // bound on levels of States; deeper data are damaged
 
 std::string describe(StateType type, const StateShape& shape) {
   std::string text = stateTypeName(type);
@@ -19,7 +19,7 @@ std::string describe(StateType type, const StateShape& shape) {
   return text + ']';
 }
 
-/// Numbers in an array of this shape. @throws std::runtime_error where no memory could hold it
+/// Number of elements of an array of this shape. @throws std::runtime_error if no memory could hold it
 std::uint64_t countOf(const StateShape& shape) {
   constexpr std::uint64_t kMost = std::uint64_t{1} << 40;
   std::uint64_t count = 1;
@@ -46,7 +46,7 @@ void putText(std::vector<std::uint8_t>& bytes, const std::string& text) {
   putBlock(bytes, reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
 }
 
-/// Reads what put() has written, never beyond the end.
+/// Reads the data of put(). Never reads beyond the end.
 class Reader {
  public:
   Reader(const std::vector<std::uint8_t>& bytes, std::size_t& position)
@@ -76,7 +76,7 @@ class Reader {
     for (std::uint64_t& number : numbers) number = take<std::uint64_t>();
     return numbers;
   }
-  /// A count of things of at least `size` bytes each.
+  /// A count of items with at least `size` bytes each. Refuses more than fit in the rest.
   std::uint64_t checkedCount(std::size_t size) {
     const auto count = take<std::uint64_t>();
     if (count > (bytes_.size() - position_) / size) truncated();
@@ -134,7 +134,7 @@ State& State::emptyChild(const std::string& name) {
 void State::make(const std::string& name) const {
   const auto found = later_.find(name);
   if (found == later_.end()) return;
-  const auto waiting = later_.extract(found);  // which owns the name, too
+  const auto waiting = later_.extract(found);  // also owns the name
   State& made = children_[waiting.key()];
   made.path_ = path_.empty() ? waiting.key() : path_ + "/" + waiting.key();
   waiting.mapped()(made);

@@ -27,7 +27,7 @@ void setPhoto(State& state, const std::string& name, const cv::Mat& image) {
 
 std::vector<std::uint8_t> packedPhoto(const cv::Mat& image) {
   std::vector<std::uint8_t> png;
-  // Run lengths are all that deflate finds in the noise of a camera; more takes longer, and more room.
+  // In camera noise deflate finds only run lengths. Stronger settings take longer and give larger files.
   const std::vector<int> how{cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
                              cv::IMWRITE_PNG_STRATEGY_RLE};
   if (!cv::imencode(".png", image, png, how)) throw std::runtime_error("an image cannot be packed as PNG");

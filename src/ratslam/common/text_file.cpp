@@ -38,7 +38,7 @@ std::string readBytes(const std::string& path) {
   std::vector<char> piece(kPiece);
   for (std::size_t size = 0; (size = std::fread(piece.data(), 1, kPiece, file.get())) > 0;) {
     content.append(piece.data(), size);
-    // Piece by piece: what is no text may be without end.
+    // Each piece is checked, because a file that is no text may be very long.
     if (startsWith(content, "\xFF\xFE") || startsWith(content, "\xFE\xFF")) {
       refuse(path, "it is UTF-16 text; save it as UTF-8");
     }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kDeepest = 32;
 
-/// Throws at what is nested too deep before the parser gets any deeper.
+/// Throws if YAML is nested too deeply, before the parser recurses further.
 class DepthGuard : public YAML::EventHandler {
  public:
   YAML::Mark begin() const { return begin_; }
@@ -49,7 +49,7 @@ void requireOneYamlDocument(const std::string& text) {
   if (!parser.HandleNextDocument(guard)) return;
   const YAML::Mark first = guard.begin();
   if (!parser.HandleNextDocument(guard)) return;
-  // The parser takes what can begin nothing for an empty document, again and again.
+  // The parser takes invalid text for an empty document, again and again at the same position.
   const bool stands_still = guard.begin().pos == first.pos;
   throw YAML::ParserException(guard.begin(), stands_still
                                                  ? "neither a key nor a value begins like this"

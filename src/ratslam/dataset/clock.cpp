@@ -6,12 +6,12 @@
 namespace ratslam {
 namespace {
 
-/// Fewer images in a row than these behind the latest time come late; so many run on another clock.
+/// Fewer consecutive images before the latest time are only late. From this number on the clock was set back.
 constexpr int kMinBehind = 3;
-/// A file is in no order at all where more than this share of its times lies before the one before it.
+/// A file is not ordered if more than this share of its times is earlier than the time before it.
 constexpr double kMaxDescents = 0.05;
 constexpr std::size_t kDescentsOfAnyFile = 3;
-/// Images of one clock follow each other within so many usual steps.
+/// Largest step between images of one clock, in usual steps.
 constexpr Stamp kMaxStep = 5;
 
 }  // namespace
@@ -44,7 +44,7 @@ std::optional<ClockJump> clockSetBack(const std::vector<std::pair<Stamp, std::st
       continue;
     }
     const Stamp step = stamps[i] - stamps[i - 1];
-    // (step - 1) / kMaxStep < usual says step <= kMaxStep * usual, which a long step may overflow.
+    // Equivalent to step <= kMaxStep * usual, which could overflow.
     const bool goes_on = behind > 0 && step > 0 && (step - 1) / kMaxStep < usual;
     behind = goes_on ? behind + 1 : 1;
     if (!goes_on) begin = i;

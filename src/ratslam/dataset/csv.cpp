@@ -10,7 +10,7 @@ namespace ratslam {
 
 namespace {
 
-/// As spreadsheets write words.
+/// Removes the quotes with which spreadsheets write words.
 std::string unquoted(const std::string& word) {
   const bool quoted = word.size() >= 2 && word.front() == '"' && word.back() == '"';
   return quoted ? trimmed(word.substr(1, word.size() - 2)) : word;

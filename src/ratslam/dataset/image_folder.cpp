@@ -18,14 +18,14 @@ std::string inSmallLetters(std::string text) {
   return text;
 }
 
-/// The letters up to the next digit; `at` is moved behind them.
+/// The letters up to the next digit. Advances `at` past them.
 std::string wordAt(const std::string& text, std::size_t& at) {
   const std::size_t begin = at;
   while (at < text.size() && !isDigit(text[at])) ++at;
   return text.substr(begin, at - begin);
 }
 
-/// The number that begins at `at`, without leading zeros; `at` is moved behind it.
+/// The number that begins at `at`, without leading zeros. Advances `at` past it.
 std::string numberAt(const std::string& text, std::size_t& at) {
   std::size_t end = at;
   while (end < text.size() && isDigit(text[end])) ++end;
@@ -35,7 +35,7 @@ std::string numberAt(const std::string& text, std::size_t& at) {
   return number;
 }
 
-/// The rising numbers at the ends of names that are alike before them; none where they are not like that.
+/// The numbers at the ends of the names; empty unless they are ascending and the names are equal before them.
 std::vector<std::size_t> numbersOf(const std::vector<std::string>& images) {
   constexpr std::size_t kMostDigits = 18;
   std::vector<std::size_t> numbers;
@@ -70,7 +70,7 @@ bool naturallyBefore(const std::string& a, const std::string& b) {
   }
   const bool a_ends = i == a.size();
   const bool b_ends = j == b.size();
-  return a_ends && b_ends ? a < b : a_ends;  // names that differ in zeros alone stay apart
+  return a_ends && b_ends ? a < b : a_ends;  // orders names that differ only in leading zeros
 }
 
 std::vector<std::string> imagesIn(const std::string& folder) {
@@ -79,7 +79,7 @@ std::vector<std::string> imagesIn(const std::string& folder) {
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string ending = inSmallLetters(entry.path().extension().string());
     const bool hidden = entry.path().filename().string().front() == '.';
-    std::error_code dangling;  // a link to nowhere is an image that cannot be read, not one that is not there
+    std::error_code dangling;  // a dangling link counts as an image, which then cannot be read
     if (!hidden && (ending == ".png" || ending == ".jpg" || ending == ".jpeg") &&
         !entry.is_directory(dangling)) {
       images.push_back(entry.path().string());

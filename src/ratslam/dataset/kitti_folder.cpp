@@ -13,7 +13,7 @@
 namespace ratslam {
 namespace {
 
-constexpr double kLatestTime = 4294967296.0;  // [s], 2^32: what a stamp of ROS can hold
+constexpr double kLatestTime = 4294967296.0;  // 2^32: bound of ROS stamps [s]
 
 using Projection = std::array<double, 12>;  // 3x4, row by row
 
@@ -35,8 +35,7 @@ std::vector<Stamp> readTimes(const std::string& path) {
     if (!stamps.empty() && stamp > stamps.back()) ++risen;
     stamps.push_back(stamp);
   }
-  // A late image or a clock that was set back is for the image stage to judge; a file in no order tells
-  // nothing.
+  // The image stage handles a late image and a clock that was set back. But a file without order is useless.
   if (stamps.size() > 1 && 2 * risen < stamps.size() - 1) {
     throw std::runtime_error(path + ": only " + std::to_string(risen) + " of " +
                              std::to_string(stamps.size()) +
@@ -45,7 +44,7 @@ std::vector<Stamp> readTimes(const std::string& path) {
   return stamps;
 }
 
-/// The numbers of `key: numbers`; none for another line. @throws std::runtime_error where they are no matrix
+/// The numbers of a line `key: numbers`; none for any other line. @throws std::runtime_error if they are no matrix
 std::optional<Projection> projectionIn(const TextLine& line, const std::string& key,
                                        const std::string& path) {
   const std::size_t colon = line.text.find(':');
@@ -82,7 +81,7 @@ Projection readProjection(const std::string& path, int camera_number) {
   throw std::runtime_error(path + ": no line 'P" + number + ":' with the 12 numbers of a 3x4 matrix");
 }
 
-/// The digit at the end of a folder's name, as KITTI numbers its cameras; 0 where there is none.
+/// Number of a KITTI camera: the last digit of the folder's name; 0 if there is none.
 int cameraNumber(const std::string& image_folder) {
   const char last = image_folder.empty() ? '0' : image_folder.back();
   return last >= '0' && last <= '9' ? last - '0' : 0;
@@ -110,7 +109,7 @@ cv::Size KittiFolder::imageSize() const {
   for (const std::string& path : images_) {
     try {
       return measureImageFile(path);
-    } catch (const BadImage&) {  // it is told when its turn comes
+    } catch (const BadImage&) {  // is reported when the image is read
     }
   }
   throw std::runtime_error(images_.front() + ": neither this nor any other image can be read");

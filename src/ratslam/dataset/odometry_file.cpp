@@ -26,7 +26,7 @@ std::vector<std::string> prefixed(const std::string& prefix, const std::vector<s
   return result;
 }
 
-/// prefix11 ... prefix66, row by row.
+/// Names of columns prefix11 ... prefix66, row by row.
 std::vector<std::string> covarianceColumns(const std::string& prefix) {
   std::vector<std::string> names;
   for (int i = 0; i < 36; ++i)
@@ -34,9 +34,9 @@ std::vector<std::string> covarianceColumns(const std::string& prefix) {
   return names;
 }
 
-constexpr Stamp kLatestStamp = (Stamp{1} << 32) * 1000000000 - 1;  // what a stamp of ROS can hold
+constexpr Stamp kLatestStamp = (Stamp{1} << 32) * 1000000000 - 1;  // largest ROS stamp
 
-/// A line of a CSV file, looked into by the names of its first line.
+/// Access to the lines of a CSV file by the names in its first line.
 class Columns {
  public:
   Columns(const std::string& path, const std::string& first_line)
@@ -52,7 +52,7 @@ class Columns {
   bool has(const std::string& name) const {
     return std::find(names_.begin(), names_.end(), name) != names_.end();
   }
-  /// Where columns lie: none where the first of them is missing. @throws where only some are there
+  /// Indices of columns; empty if the first one is missing. @throws if only some of them exist
   std::vector<std::size_t> find(const std::vector<std::string>& names) const {
     std::vector<std::size_t> found;
     if (!has(names.front())) return found;
@@ -72,7 +72,7 @@ class Columns {
          (commas ? "; if decimals are written with commas, write them with points" : ""));
   }
 
-  /// Whether this line has anything in a column.
+  /// Whether a column of this line is not empty.
   bool said(std::size_t column) const { return !word(column).empty(); }
   double number(std::size_t column) const {
     double value = 0.0;
@@ -148,7 +148,7 @@ std::vector<StampedMotion> readWay(const Columns& columns, std::size_t column) {
   return way;
 }
 
-/// Where the parts of a sample lie in a file.
+/// Columns of the parts of a sample.
 struct SampleColumns {
   explicit SampleColumns(const Columns& columns)
       : required(columns.find({"stamp", "linear_x", "angular_z"})),
@@ -200,7 +200,7 @@ struct SampleColumns {
   std::vector<std::size_t> correction_covariance;
 };
 
-/// Which parts a file of samples has to have.
+/// The parts that a file of samples must have.
 struct SampleParts {
   explicit SampleParts(const std::vector<OdometrySample>& samples) {
     for (const OdometrySample& sample : samples) {
@@ -220,7 +220,7 @@ void writeNames(std::ostream& out, const std::vector<std::string>& names) {
   for (const std::string& name : names) out << ',' << name;
 }
 
-/// The first rows of a matrix, or so many empty columns where it is null.
+/// Writes the first rows of a matrix, or as many empty columns if it is null.
 template <class Matrix>
 void writeRows(std::ostream& out, const Matrix* matrix, int rows) {
   for (int i = 0; i < rows * Matrix::ColsAtCompileTime; ++i) {

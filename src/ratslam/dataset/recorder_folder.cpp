@@ -19,9 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Numbers of 16 digits are Unix microseconds, of up to 14 milliseconds, others nanoseconds.
+/// Numbers with 16 digits are Unix microseconds, with up to 14 digits milliseconds, others nanoseconds.
 std::optional<Stamp> stampOfName(const std::string& name) {
-  constexpr Stamp kLatest = (Stamp{1} << 32) * 1000000000;  // what a stamp of ROS can hold
+  constexpr Stamp kLatest = (Stamp{1} << 32) * 1000000000;  // bound of ROS stamps
   if (name.empty() || name.find_first_not_of("0123456789") != std::string::npos) return std::nullopt;
   const std::string latest = std::to_string(kLatest);
   if (name.size() > latest.size() || (name.size() == latest.size() && name >= latest)) return std::nullopt;
@@ -48,7 +48,7 @@ cv::Mat turned(const cv::Mat& image, int quarter_turns) {
 }  // namespace
 
 bool RecorderFolder::recognises(const std::string& folder) {
-  std::error_code error;  // a link to itself is none
+  std::error_code error;  // a link to itself is no recording
   return fs::exists(folder + "/data_image.txt", error) || fs::is_directory(folder + "/images", error);
 }
 
@@ -77,7 +77,7 @@ void RecorderFolder::readIndex(const std::string& folder, const std::string& pat
     const auto words = splitCsv(line.text);
     const auto stamp = words.empty() ? std::nullopt : stampOfName(words[0]);
     if (words.size() < 2 || !stamp ||
-        words[1].size() > kLongestPath) {  // as a recording that was cut off ends
+        words[1].size() > kLongestPath) {  // for example the last line of a recording that was cut off
       if (++malformed == 1) {
         malformed_ =
             where + "'" + shown(line.text) + "' is not of the form milliseconds,images/<milliseconds>.jpeg";
@@ -122,7 +122,7 @@ void RecorderFolder::readNames(const std::string& folder) {
 
 void RecorderFolder::sortByStamp() {
   const auto rank = [](const StampedPath& image) {
-    std::error_code error;  // what cannot be looked at is not there
+    std::error_code error;  // a file that cannot be accessed counts as missing
     return std::make_tuple(image.first, !fs::exists(image.second, error), image.second);
   };
   std::sort(images_.begin(), images_.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });

@@ -48,7 +48,7 @@ double DecodeAhead::decodingSeconds() const {
 
 void DecodeAhead::fill(std::unique_lock<std::mutex>& lock) {
   while (!at_end_ && slots_.size() < depth_) {
-    lock.unlock();  // reading may wait for a disk: the workers need not
+    lock.unlock();  // reading may wait for a disk, and the workers continue meanwhile
     std::optional<RecordedItem> item = recording_.next();
     lock.lock();
     if (!item) {

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Also no where it cannot be told: a link to itself, a folder of others.
+/// Whether a path is a folder. False also if that is unknown: a link to itself, a folder without permission.
 bool isFolder(const std::string& path) {
   std::error_code error;
   return fs::is_directory(path, error);
@@ -62,7 +62,7 @@ RecordingKind recorderFolder() {
   return kind;
 }
 
-/// What a folder is instead of a recording, and the option or tool that reads that.
+/// Hint for a folder that is no recording: what it is, and the option or tool that reads it.
 std::string hintFor(const std::string& path) {
   if (!isFolder(path)) return "";
   if (isFolder(path + "/image_00")) return "; it is a raw drive of KITTI, of which kitti_to_bag makes a bag";

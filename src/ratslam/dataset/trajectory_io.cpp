@@ -16,7 +16,7 @@
 namespace ratslam {
 namespace {
 
-/// Calls write(file, stamped) for each pose, numbers with all their digits.
+/// Calls write(file, stamped) for each pose, with full precision of numbers.
 template <class WritePose>
 void writeLines(std::ostream& file, const std::vector<StampedPose3>& trajectory, WritePose write) {
   const auto precision = file.precision(std::numeric_limits<double>::max_digits10);
@@ -39,7 +39,7 @@ std::string formatStamp(Stamp stamp) {
 std::optional<Stamp> parseStamp(const std::string& written) {
   constexpr std::size_t kDecimals = 9;
   constexpr std::size_t kDigits = 10;
-  constexpr Stamp kLatest = 9000000000;  // [s]; later times are no stamps
+  constexpr Stamp kLatest = 9000000000;  // later times are no stamps [s]
   const std::string text = trimmed(written);
   const bool negative = !text.empty() && text.front() == '-';
   const std::string digits = text.substr(negative ? 1 : 0);

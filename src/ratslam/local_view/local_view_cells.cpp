@@ -13,7 +13,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kRecentViews = 10;  // learned too recently for a recall of them to be a closed loop
+constexpr std::uint32_t kRecentViews = 10;  // newest views, whose recall closes no loop
 
 constexpr std::uint32_t kStateVersion = 7;
 
@@ -48,8 +48,8 @@ LocalViewCells::Candidate LocalViewCells::nearest(const View& view) {
   return {match->id, match->relative_rad, match->error, match->same_place};
 }
 
-/// Heading now relative to that at the claimed place: the mean over the view's variants, or what the matcher
-/// measured where that has only one.
+/// Heading now relative to that at the claimed place: the mean over the view's variants, or, with a single variant, the
+/// matcher's result.
 double LocalViewCells::turnOf(const View& view, const PlaceClaim& claim, const ViewMatch& match) {
   if (view.variants.size() != claim.variant_weights.size() || view.variants.size() == 1) {
     return match.relative_rad;
@@ -63,7 +63,7 @@ double LocalViewCells::turnOf(const View& view, const PlaceClaim& claim, const V
   return std::atan2(sine, cosine);
 }
 
-/// Of a view, against the last one that showed something.
+/// Novelty of a view relative to the last one that showed something.
 double LocalViewCells::noveltyOf(const View& view) {
   if (!view.textured) return 0.0;
   const double novelty = before_.variants.empty() ? 1.0 : pair_.matcher->novelty(view, before_);

@@ -11,7 +11,7 @@
 namespace ratslam {
 namespace {
 
-/// One of the three projections: sums, and the coordinates in which an estimate lies within them.
+/// One of the three projections: the sums, and the coordinates of an estimate in them.
 struct Projection {
   cv::Mat sums;  ///< CV_64F, row 0 at the bottom of the picture
   double PoseCellEstimate::*across;
@@ -23,7 +23,8 @@ cv::Mat coloured(const cv::Mat& sums) {
   double largest = 0.0;
   cv::minMaxLoc(sums, nullptr, &largest);
   cv::Mat roots;
-  cv::sqrt(largest > 0.0 ? cv::Mat(sums / largest) : sums, roots);  // or all but the peak would be black
+  cv::sqrt(largest > 0.0 ? cv::Mat(sums / largest) : sums,
+           roots);  // on a linear scale only the peak would show
   cv::Mat grey;
   roots.convertTo(grey, CV_8U, 255.0);
   cv::flip(grey, grey, 0);
@@ -32,12 +33,12 @@ cv::Mat coloured(const cv::Mat& sums) {
   return colours;
 }
 
-/// The trail in a picture of the projection; steps over the edge of the torus are not joined.
+/// Draws the trail into a picture of the projection. Steps across the edge of the torus are not joined.
 void drawTrail(cv::Mat& picture, const Projection& projection, const ActivityTrail& trail) {
   const double cell_width = static_cast<double>(picture.cols) / projection.sums.cols;
   const double cell_height = static_cast<double>(picture.rows) / projection.sums.rows;
   const auto place = [&](const PoseCellEstimate& estimate) {
-    // The middle of cell 0 is coordinate 0; coordinates run to the middle of the cell before it.
+    // Coordinate 0 is the middle of cell 0.
     const double across = std::fmod(estimate.*projection.across + 0.5, projection.sums.cols);
     const double up = std::fmod(estimate.*projection.up + 0.5, projection.sums.rows);
     return cv::Point2d(across * cell_width, picture.rows - up * cell_height);

@@ -23,10 +23,10 @@ constexpr int kTitle = 24;
 constexpr int kGap = 4;
 constexpr int kBeliefHeight = 56;
 constexpr std::size_t kCandidates = 3;
-constexpr std::size_t kDrawnPlaces = 4096;  // most believed in
-constexpr double kFaintest = 1e-6;          // belief at the foot of the picture, which is logarithmic
+constexpr std::size_t kDrawnPlaces = 4096;  // number of most likely places that are drawn
+constexpr double kFaintest = 1e-6;          // belief at the bottom of the logarithmic scale
 
-/// Belief over places from the oldest at the left to the newest at the right, on a logarithmic scale.
+/// Draws the belief over places from the oldest at the left to the newest at the right, on a logarithmic scale.
 void drawBelief(cv::Mat panel, const LocalViewCells& cells, const ViewEvent& view) {
   const double places = static_cast<double>(std::max<std::size_t>(cells.size(), 1));
   const auto column = [&](std::uint32_t place) {
@@ -80,7 +80,7 @@ cv::Mat drawLocalView(const cv::Mat& image, const ViewEvent& view, const cv::Mat
     label(picture, {0, camera_height + kGap}, "nothing to be seen: no view cell is active");
     return picture;
   }
-  // Blocks stay blocks; strokes are drawn smooth and stay so.
+  // Blocks must stay sharp when enlarged, strokes smooth when reduced.
   const int interpolation = view_image.cols < panel.width ? cv::INTER_NEAREST : cv::INTER_AREA;
   fitInto(toBgr8(view_image), panel, interpolation).copyTo(picture(cv::Rect({0, top}, panel)));
   fitInto(toBgr8(active_image), panel, interpolation).copyTo(picture(cv::Rect({right, top}, panel)));

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMargin = 24;  // [px]
 
-/// Metres of the map to pixels of the picture.
+/// Converts metres of the map to pixels of the picture.
 class Projector {
  public:
   Projector(const ExperienceGraph& graph, const MapPose& robot, const cv::Size& size) : size_(size) {
@@ -46,14 +46,14 @@ class Projector {
   double per_metre_ = 1.0;
 };
 
-/// A place in fractions of a pixel: links are often little longer than one, and rounded they look like beads.
+/// A position in fractions of a pixel. Many links are hardly longer than a pixel and would look like beads if rounded.
 constexpr int kFineBits = 4;
 cv::Point fine(const cv::Point2d& place) {
   return {cvRound(place.x * (1 << kFineBits)), cvRound(place.y * (1 << kFineBits))};
 }
 
-/// A link. One shorter than a pixel is a dot: large maps have a hundred thousand of them, and as lines they
-/// would hold the caller up.
+/// Draws a link. A link shorter than a pixel is drawn as a dot: large maps have a hundred thousand of them, and lines would
+/// take too long.
 void drawLink(cv::Mat& picture, const cv::Point2d& from, const cv::Point2d& to, const cv::Scalar& colour) {
   if (std::max(std::abs(to.x - from.x), std::abs(to.y - from.y)) >= 1.0) {
     cv::line(picture, fine(from), fine(to), colour, 2, cv::LINE_AA, kFineBits);
@@ -63,7 +63,7 @@ void drawLink(cv::Mat& picture, const cv::Point2d& from, const cv::Point2d& to, 
   picture(dot & cv::Rect({}, picture.size())).setTo(colour);
 }
 
-/// A bar of 1, 2 or 5 times a power of ten metres, at most a quarter of the picture wide.
+/// Draws a scale bar of 1, 2 or 5 times a power of ten metres, at most a quarter of the picture wide.
 void drawScale(cv::Mat& picture, double per_metre) {
   const double longest = picture.cols / 4.0 / per_metre;
   const double power = std::pow(10.0, std::floor(std::log10(longest)));
@@ -91,7 +91,7 @@ cv::Mat drawMap(const ExperienceGraph& graph, const MapPose& robot, const cv::Si
   cv::Mat picture(size, CV_8UC3, kPaper);
   const Projector project(graph, robot, size);
   std::size_t recalls = 0;
-  for (const bool recall : {false, true}) {  // recalls lie on top
+  for (const bool recall : {false, true}) {  // links by recall are drawn on top
     for (const Link& link : graph.links()) {
       if (link.recall != recall) continue;
       recalls += recall ? 1 : 0;

@@ -25,7 +25,7 @@ int codecOf(const std::string& path) {
   return found->second;
 }
 
-/// Keeps OpenCV from telling in many lines of its own what it tried before it succeeded, or why it did not.
+/// Suppresses OpenCV's messages about its attempts to open a video.
 class Silence {
  public:
   Silence() : before_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
@@ -37,7 +37,7 @@ class Silence {
   cv::utils::logging::LogLevel before_;
 };
 
-/// x.mp4 -> x.part.mp4: the ending says what is to be written.
+/// x.mp4 -> x.part.mp4: the ending must stay, because it selects the codec.
 std::string partOf(const std::string& path) {
   std::filesystem::path part(path);
   const std::string ending = part.extension().string();
@@ -58,7 +58,7 @@ cv::VideoWriter openVideo(const std::string& path, const std::string& part, doub
   return writer;
 }
 
-/// Frames that a player finds in a video.
+/// Number of frames that a player finds in a video.
 std::size_t framesIn(const std::string& path) {
   const Silence silence;
   cv::VideoCapture video(path);
@@ -85,7 +85,7 @@ RunVideo::RunVideo(const std::string& path, double frame_rate)
 RunVideo::~RunVideo() {
   writer_.release();
   std::error_code ignored;
-  std::filesystem::remove(part_, ignored);  // gone already where it was finished
+  std::filesystem::remove(part_, ignored);  // finish() has renamed it already
 }
 
 void RunVideo::add(const Pipeline& pipeline, const cv::Mat& image) {

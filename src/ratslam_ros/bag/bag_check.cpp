@@ -24,8 +24,8 @@ constexpr std::uint8_t kIndexData = 4;
 constexpr std::uint8_t kChunk = 5;
 constexpr std::uint8_t kChunkInfo = 6;
 constexpr std::uint8_t kConnection = 7;
-/// A chunk that unpacks to so many bytes is never refused; larger ones are where they claim to hold more than so
-/// many times what they are.
+/// A chunk that unpacks to at most kAlwaysFine bytes is never refused. A larger one is refused if it claims to unpack to
+/// more than kMostPacked times its size.
 constexpr std::uint64_t kAlwaysFine = 64U << 20U;
 constexpr std::uint64_t kMostPacked = 1000;
 
@@ -34,7 +34,7 @@ constexpr std::uint64_t kMostPacked = 1000;
                            ": " + reason);
 }
 
-/// What a file is whose first bytes are not those of a bag.
+/// Description of a file whose first bytes are not those of a bag.
 std::string whatElse(const std::string& begin) {
   std::string otherwise = "it does not begin with #ROSBAG V2.0";
   if (begin.rfind("\x89MCAP", 0) == 0) {
@@ -56,7 +56,7 @@ T numberIn(const std::string& bytes, std::size_t at = 0) {
 
 using Fields = std::map<std::string, std::string>;
 
-/// A record's header: fields `length name=value`; none where they do not fill it exactly.
+/// Fields `length name=value` of a record's header; none if they do not fill it exactly.
 std::optional<Fields> fieldsOf(const std::string& header) {
   Fields fields;
   std::size_t at = 0;
@@ -79,28 +79,28 @@ std::string fieldOf(const Fields& fields, const char* name) {
 
 std::uint8_t kindOf(const Fields& fields) { return numberIn<std::uint8_t>(fieldOf(fields, "op")); }
 
-/// Bytes in which records lie: those of a file, of a chunk within it, or of a chunk that is unpacked.
+/// Bytes that contain records: those of a file, of a chunk in it, or of an unpacked chunk.
 struct Span {
   std::function<std::string(std::uint64_t at, std::uint64_t count)> read;
   std::uint64_t end;
   const char* name;
   std::function<void(std::uint64_t at, const std::string& reason)> refuse;  ///< throws
 
-  /// The length at `at` of something that lies within the span.
+  /// The length stored at `at`. Refuses one that leaves the span.
   std::uint64_t lengthAt(std::uint64_t at) const {
     const std::uint64_t length = at + 4 <= end ? numberIn<std::uint32_t>(read(at, 4)) : end;
     if (at + 4 + length > end) refuse(at, std::string("a record reaches beyond the end of ") + name);
     return length;
   }
 
-  /// The fields of the header whose length stands at `at`.
+  /// The fields of the header whose length is stored at `at`.
   Fields fieldsAt(std::uint64_t at, std::uint64_t length) const {
     const auto fields = fieldsOf(read(at + 4, length));
     if (!fields) refuse(at, "the fields of a record's header do not fit into it");
     return *fields;
   }
 
-  /// A message lies at `at`, as an index says.
+  /// Requires a message at `at`, as an index states.
   void requireMessage(std::uint64_t at) const {
     const std::uint64_t header_length = lengthAt(at);
     if (kindOf(fieldsAt(at, header_length)) != kMessage) refuse(at, "an index points at what is no message");
@@ -111,7 +111,8 @@ struct Span {
 class FileBytes {
  public:
   explicit FileBytes(const std::string& path) : size_(std::filesystem::file_size(path)) {
-    file_.rdbuf()->pubsetbuf(nullptr, 0);  // a few bytes here and there: a buffer would be filled for nothing
+    file_.rdbuf()->pubsetbuf(nullptr,
+                             0);  // for a few bytes at scattered positions a buffer would only cost time
     file_.open(path, std::ios::binary);
   }
 
@@ -129,7 +130,7 @@ class FileBytes {
   std::uint64_t size_;
 };
 
-/// Goes through the records of a file.
+/// Reads and checks the records of a file.
 class Records {
  public:
   explicit Records(const std::string& path)
@@ -141,7 +142,7 @@ class Records {
 
   std::vector<BagCheck::PackedChunk> check() {
     const std::string version = "#ROSBAG V2.0\n";
-    // What only resembles it rosbag might take for a bag of another kind, whose lengths nobody has checked.
+    // rosbag may take a similar line for a bag of another version, whose lengths are not checked here.
     const std::string begin = file_.read(0, version.size());
     if (begin != version) refuse(path_, 0, whatElse(begin));
     for (std::uint64_t at = version.size(); at < whole_.end;) {
@@ -158,7 +159,7 @@ class Records {
   }
 
  private:
-  /// @param way_out  said behind what is wrong
+  /// @param way_out  advice that is added to error messages
   Span span(std::uint64_t end, const char* name, const std::string& way_out = "") {
     return {[this](std::uint64_t at, std::uint64_t count) { return file_.read(at, count); }, end, name,
             [this, way_out](std::uint64_t at, const std::string& reason) {
@@ -166,7 +167,7 @@ class Records {
             }};
   }
 
-  /// @return where the next record begins
+  /// @return begin of the next record
   std::uint64_t checkRecord(std::uint64_t at) {
     const std::uint64_t header_length = whole_.lengthAt(at);
     const Fields fields = whole_.fieldsAt(at, header_length);
@@ -174,14 +175,14 @@ class Records {
     const std::uint64_t length = whole_.lengthAt(data - 4);
     const std::uint8_t kind = kindOf(fields);
     if (kind == kChunk) beginChunk({at, data, length, 0, fieldOf(fields, "compression"), 0, {}}, fields);
-    // Without an index the recording was cut off, which rosbag says: its end may well lie within a record.
+    // Without an index the recording was cut off, perhaps within a record. rosbag reports that.
     if (kind == kBagHeader) {
       const auto index = numberIn<std::uint64_t>(fieldOf(fields, "index_pos"));
       if (index == 0) return whole_.end;
       index_ = index;
     }
     if (kind == kConnection)
-      whole_.fieldsAt(data - 4, length);  // which describes the connection in fields, too
+      whole_.fieldsAt(data - 4, length);  // its data are fields, too, which describe the connection
     if (kind == kIndexData) checkIndex(at, file_.read(data, length));
     if (kind == kChunkInfo) named_chunks_.insert(numberIn<std::uint64_t>(fieldOf(fields, "chunk_pos")));
     return data + length;
@@ -203,7 +204,7 @@ class Records {
     if (is_packed_) packed_.push_back(std::move(chunk));
   }
 
-  /// @param entries  stamp and place within the chunk before it, 12 bytes each
+  /// @param entries  stamp and position within the chunk before it, 12 bytes each
   void checkIndex(std::uint64_t at, const std::string& entries) {
     constexpr std::size_t kEntry = 12;
     for (std::size_t i = 0; i + kEntry <= entries.size(); i += kEntry) {
@@ -224,18 +225,18 @@ class Records {
   std::string path_;
   FileBytes file_;
   Span whole_;
-  Span chunk_span_;                  ///< up to the end of the last chunk, where that is not packed
-  std::set<std::uint64_t> records_;  ///< where each begins
+  Span chunk_span_;                  ///< up to the end of the last chunk, if that is not packed
+  std::set<std::uint64_t> records_;  ///< begin of each record
   std::optional<std::uint64_t> index_;
   std::set<std::uint64_t> chunks_;
   std::set<std::uint64_t> named_chunks_;
   std::vector<BagCheck::PackedChunk> packed_;
-  std::uint64_t chunk_data_ = 0;  ///< where the data of the last chunk begin
+  std::uint64_t chunk_data_ = 0;  ///< begin of the last chunk's data
   std::uint64_t chunk_size_ = 0;
   bool is_packed_ = false;
 };
 
-/// What rosbag makes of a compressed chunk; none where it takes it for damaged. At most as much as its header says.
+/// Unpacks a compressed chunk as rosbag does, up to the size in its header; none if it is damaged.
 std::optional<std::string> unpack(std::string packed, const std::string& compression,
                                   std::uint64_t unpacked) {
   std::string bytes(static_cast<std::size_t>(unpacked), '\0');
@@ -255,7 +256,7 @@ std::optional<std::string> unpack(std::string packed, const std::string& compres
 void lookInto(const std::string& path, const BagCheck::PackedChunk& chunk) {
   const auto bytes =
       unpack(FileBytes(path).read(chunk.data, chunk.length), chunk.compression, chunk.unpacked);
-  // rosbag would take the bytes of a chunk before it for the missing ones.
+  // In place of missing bytes rosbag would use those of an earlier chunk.
   if (!bytes || bytes->size() != chunk.unpacked) {
     refuse(path, chunk.at,
            "a chunk does not unpack to the " + std::to_string(chunk.unpacked) + " bytes that it claims");

@@ -42,13 +42,13 @@ BagCheck open(rosbag::Bag& bag, const std::string& path) {
   } catch (const rosbag::BagUnindexedException&) {
     throw std::runtime_error(
         path + ": the bag has no index (its recording was cut off); run: rosbag reindex " + path);
-  } catch (const std::exception& e) {  // whatever rosbag meets in a damaged file
+  } catch (const std::exception& e) {  // rosbag throws various exceptions for a damaged file
     throw std::runtime_error(path + ": not a readable bag, or a truncated one: " + e.what());
   }
   return check;
 }
 
-/// Messages of another definition than ours cannot be read, whatever their type is called.
+/// Refuses messages of another definition than ours, even if their type has the same name.
 template <class Message>
 void requireDefinition(const rosbag::Bag& bag, const std::string& path, const std::string& topic) {
   const std::string ours = ros::message_traits::MD5Sum<Message>::value();
@@ -81,7 +81,7 @@ std::string listing(const TopicTypes& types) {
   return list.empty() ? "no messages at all" : list;
 }
 
-/// The wanted topic if it is there, or, where none is named, the only one that will do.
+/// The wanted topic, or, if none is named, the only suitable one.
 std::string choose(const std::string& path, const TopicTypes& types, const std::string& wanted,
                    const char* what, const std::vector<std::string>& suitable_types,
                    const std::string& ending) {
@@ -114,7 +114,7 @@ std::string choose(const std::string& path, const TopicTypes& types, const std::
   return chosen;
 }
 
-/// The message, none where its bytes are no message of its type.
+/// The message; none if its bytes are no message of its type.
 template <class Message>
 boost::shared_ptr<Message> messageIn(BagCheck& check, const rosbag::MessageInstance& instance) {
   check.beforeReading(stampFromRos(instance.getTime()));
@@ -177,7 +177,7 @@ void BagRecording::readQualities() {
     try {
       requireUsable(*quality);
       qualities_[stampFromRos(quality->header.stamp)] = *quality;
-    } catch (const std::runtime_error&) {  // as the nodes: the sample is taken without it
+    } catch (const std::runtime_error&) {  // as in the nodes the sample is then used without it
     }
   }
 }
@@ -212,7 +212,7 @@ std::optional<CameraModel> BagRecording::camera() const {
 }
 
 std::vector<cv::Size> BagRecording::firstImageSizes() const {
-  constexpr std::size_t kLookedAt = 10;  // the very first may be an odd one
+  constexpr std::size_t kLookedAt = 10;  // more than one, because the first image may have an odd size
   rosbag::View view(bag_, rosbag::TopicQuery(topics_.images));
   std::vector<cv::Size> sizes;
   for (const rosbag::MessageInstance& instance : view) {
@@ -221,7 +221,7 @@ std::vector<cv::Size> BagRecording::firstImageSizes() const {
     const RecordedImage image = raw ? imageIn<sensor_msgs::Image>(check_, instance, limits_)
                                     : imageIn<sensor_msgs::CompressedImage>(check_, instance, limits_);
     const cv::Size size = decodeNow(image).image.size();
-    if (!size.empty()) sizes.push_back(size);  // else the next one may be whole
+    if (!size.empty()) sizes.push_back(size);  // a corrupt image has no size
   }
   if (sizes.empty()) return {cv::Size()};
   const auto count = [all = sizes](const cv::Size& size) { return std::count(all.begin(), all.end(), size); };
@@ -246,7 +246,7 @@ std::optional<RecordedItem> BagRecording::next() {
       return sample;
     }
     return std::nullopt;
-  } catch (const ros::Exception& e) {  // of rosbag and of what it is made of
+  } catch (const ros::Exception& e) {  // base of the exceptions of rosbag and of its parts
     throw std::runtime_error(path_ + ": the bag cannot be read any further: " + e.what());
   }
 }

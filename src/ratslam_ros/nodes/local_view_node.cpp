@@ -21,7 +21,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
                 [this](const OdometrySample& sample) {
                   const SampleVerdict verdict = stage_.addOdometry(sample);
                   const std::vector<ViewObservation> seen = stage_.drain();
-                  // Images whose clock alone was set back are not kept waiting by an odometry that goes on.
+                  // If only the images' clock was set back, odometry that continues must not prevent the timeout.
                   if (!seen.empty() || !stage_.waitsForOdometryToGoBack()) odometry_timeout_.messageArrived();
                   publish(seen);
                   return verdict;

@@ -25,7 +25,7 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
                   ++samples_;
                   const SampleVerdict verdict = stage_.addOdometry(sample);
                   const std::vector<PoseCellDecision> decisions = stage_.drain();
-                  // Views whose clock alone was set back are not kept waiting by an odometry that goes on.
+                  // If only the views' clock was set back, odometry that continues must not prevent the timeout.
                   if (!decisions.empty() || !stage_.waitsForOdometryToGoBack()) {
                     odometry_timeout_.messageArrived();
                   }

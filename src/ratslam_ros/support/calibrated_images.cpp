@@ -13,8 +13,8 @@ const char kHowToCalibrate[] =
     "; publish a calibration there, or set camera_fx, camera_fy, camera_cx, camera_cy, camera_width_px and "
     "camera_height_px (and camera_distortion) in the configuration";
 
-/// Topic of the calibration. Where the images have been remapped and it has not, it lies beside them, as
-/// image_transport's camera subscribers have it.
+/// Topic of the calibration. If only the images have been remapped, it is the camera_info beside them, as for
+/// image_transport's camera subscribers.
 std::string cameraInfoTopic(const ros::NodeHandle& handle, const std::string& images,
                             const std::string& info) {
   const bool remap = true;
@@ -57,7 +57,7 @@ void CalibratedImages::start() {
 }
 
 void CalibratedImages::onCameraInfo(const sensor_msgs::CameraInfo& message) {
-  constexpr std::size_t kMostSizes = 16;  // a camera has a few
+  constexpr std::size_t kMostSizes = 16;  // a camera has only a few sizes
   const auto same_size = [&message](const sensor_msgs::CameraInfo& info) {
     return info.width == message.width && info.height == message.height;
   };
@@ -80,7 +80,7 @@ void CalibratedImages::onWaitingImage(const RecordedImage& image) {
 void CalibratedImages::chooseCamera() {
   if (!newest_ || infos_.empty()) return;
   const cv::Size size = decodeNow(*newest_).image.size();
-  if (size.empty()) return;  // another one will come
+  if (size.empty()) return;  // a corrupt image; wait for the next one
   std::string reason;
   for (const sensor_msgs::CameraInfo& info : infos_) {
     try {

@@ -31,7 +31,7 @@ ActionKind actionKind(std::uint32_t number) {
   return static_cast<ActionKind>(number);
 }
 
-/// None for a quaternion of zeros: no pose.
+/// The pose; none if its quaternion is zero.
 std::optional<Eigen::Isometry3d> poseFromMessage(const geometry_msgs::Pose& message) {
   const Eigen::Quaterniond orientation(message.orientation.w, message.orientation.x, message.orientation.y,
                                        message.orientation.z);
@@ -46,7 +46,7 @@ void requireFinite(const char* what, double value) {
   if (!std::isfinite(value)) throw std::runtime_error(std::string(what) + " is not finite");
 }
 
-/// Both messages that carry a decision name its fields alike.
+/// The decision in either message; both have the same names of fields.
 template <class Message>
 TopologicalAction decisionIn(const Message& message) {
   TopologicalAction action;
@@ -59,7 +59,7 @@ TopologicalAction decisionIn(const Message& message) {
   return action;
 }
 
-/// Between the frame and the session in the frame_id of LocalView/Template, whose fields are OpenRatSLAM's.
+/// Separates frame and session in the frame_id of LocalView/Template.
 constexpr char kSessionMark[] = " session ";
 
 }  // namespace

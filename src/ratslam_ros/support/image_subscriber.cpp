@@ -41,7 +41,7 @@ void ImageSubscriber::start() {
 
 template <class Message>
 void ImageSubscriber::subscribe() {
-  // The subscription itself has no bound: what waits is bounded, counted and reported here.
+  // The subscription has an unbounded queue. The queue here is bounded; it counts and reports dropped images.
   const auto callback = [this](const ros::MessageEvent<const Message>& event) {
     const boost::shared_ptr<const Message> message = event.getConstMessage();
     Waiting waiting{message->header, {}, ros::WallTime::now(), ros::Time::now()};
@@ -74,7 +74,7 @@ void ImageSubscriber::push(const Waiting& waiting) {
 }
 
 void ImageSubscriber::process(const Waiting& waiting) {
-  // Not by ros::Time's own difference, which throws where stamps lie 68 years apart.
+  // ros::Time's own difference throws if stamps are 68 years apart.
   traffic_.age_s = waiting.arrived_ros.toSec() - waiting.header.stamp.toSec();
   try {
     const std::optional<ImageFrame> frame = stage_.add(decodeNow(waiting.image));

@@ -8,7 +8,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The folder that `path` lies in by name, and the rest of it; none of them: empty.
+/// Finds the folder that contains `path` by name. @return the rest of the path; empty if no folder does
 fs::path restWithin(const fs::path& path, const std::vector<std::string>& folders, fs::path& folder) {
   for (const std::string& allowed : folders) {
     if (allowed.empty()) continue;

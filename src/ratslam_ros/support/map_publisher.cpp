@@ -46,7 +46,7 @@ void MapPublisher::publishPoses(const ExperienceMap& map, const std::vector<Stam
   const std::vector<StampedPose>& known = map.onlineTrajectory();
   for (const Stamp stamp : processed) {
     newest_ = stamp;
-    // Several decisions may have been processed at once: each has its pose in the trajectory, near the end.
+    // If several decisions were processed at once, their poses are near the end of the trajectory.
     const auto at_stamp = std::find_if(known.rbegin(), known.rend(),
                                        [stamp](const StampedPose& pose) { return pose.stamp == stamp; });
     if (at_stamp == known.rend()) continue;

@@ -24,7 +24,7 @@ Request command(std::uint32_t what, const std::string& path = "", bool on = fals
   return request;
 }
 
-/// Files of their own for what each part saves, gone when this goes.
+/// Temporary files, one for each part. The destructor removes them.
 class PartFiles {
  public:
   explicit PartFiles(const std::string& map) : map_(map) {}
@@ -48,7 +48,7 @@ class PartFiles {
   std::vector<std::string> files_;
 };
 
-/// All parts as one map, which ratslam_run takes, too.
+/// Joins all parts into one map, which ratslam_run can load, too.
 MapCheckpoint joined(const std::vector<std::string>& files) {
   MapCheckpoint map;
   for (const std::string& file : files) {
@@ -134,7 +134,7 @@ std::string MapServices::saveMap(const std::string& path) {
 
 std::string MapServices::loadMap(const std::string& path) {
   const std::string file = pathInside(path, {params_.map_dir}, ".db");
-  toAll(command(Request::CHECK, file));  // all of them or none
+  toAll(command(Request::CHECK, file));  // so that either all parts load it or none
   return file + ": loaded by " + toAll(command(Request::LOAD, file)) + "; a new stretch begins in it";
 }
 

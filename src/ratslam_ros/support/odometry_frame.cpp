@@ -7,7 +7,7 @@
 namespace ratslam {
 namespace {
 
-/// Nobody asks for a pose that lies further back: 16 minutes at 100 Hz.
+/// Bound on kept samples: 16 minutes at 100 Hz.
 constexpr std::size_t kMostEntries = 100000;
 
 Eigen::Isometry3d levelPose(double x, double y, double z, double yaw) {

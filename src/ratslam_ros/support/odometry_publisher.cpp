@@ -10,7 +10,7 @@
 namespace ratslam {
 namespace {
 
-/// Far from that of every other process, whose first stamp is another.
+/// First epoch of this process, far from those of processes with another first stamp.
 std::uint32_t epochFrom(Stamp first) {
   return static_cast<std::uint32_t>((static_cast<std::uint64_t>(first) * 0x9E3779B97F4A7C15U) >> 32U);
 }
@@ -46,14 +46,14 @@ void OdometryPublisher::load(const State& state) {
 void OdometryPublisher::publish(OdometrySample sample, const Twist& twist) {
   if (!last_stamp_) {
     first_epoch_ = epochFrom(sample.stamp);
-    sample.bridged = true;  // whatever motion came before it
+    sample.bridged = true;  // the motion before it was not measured
     sample.covariance.reset();
   }
   sample.epoch += first_epoch_;
   const double dt = last_stamp_ ? std::max(0.0, secondsBetween(*last_stamp_, sample.stamp)) : 0.0;
   const bool moved_on = !last_stamp_ || sample.stamp != *last_stamp_;
   last_stamp_ = sample.stamp;
-  // First-order and per axis: how far the errors of the single steps may have carried the robot by now.
+  // Sum of the steps' covariances, to first order and per axis.
   const TwistCovariance covariance = sample.covariance.value_or(TwistCovariance::Zero());
   pose_covariance_ += dt * dt * covariance;
 

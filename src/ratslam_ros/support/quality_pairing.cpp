@@ -23,7 +23,7 @@ std::optional<OdometrySample> QualityPairing::next(bool wait) {
                                 [&](const auto& quality) { return stampOf(quality) == sample.stamp; });
   if (own != qualities_.end()) {
     addQuality(*own, sample);
-    qualities_.erase(qualities_.begin(), own + 1);  // those before it are of samples that never came
+    qualities_.erase(qualities_.begin(), own + 1);  // the samples of those before it never came
   } else if (wait && !willNotCome(sample.stamp)) {
     return std::nullopt;
   }
@@ -31,7 +31,7 @@ std::optional<OdometrySample> QualityPairing::next(bool wait) {
   return sample;
 }
 
-/// The quality that came first is that of a later sample.
+/// Whether the first waiting quality is that of a later sample.
 bool QualityPairing::willNotCome(Stamp stamp) const {
   if (qualities_.empty()) return false;
   const Stamp first = stampOf(qualities_.front());

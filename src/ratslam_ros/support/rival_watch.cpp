@@ -34,7 +34,7 @@ std::vector<std::string> publishersOf(const std::string& topic) {
       if (static_cast<std::string>(publishers[i][0]) != topic) continue;
       for (int j = 0; j < publishers[i][1].size(); ++j) names.push_back(publishers[i][1][j]);
     }
-  } catch (const XmlRpc::XmlRpcException&) {  // no answer of a master: ask again later
+  } catch (const XmlRpc::XmlRpcException&) {  // no valid answer of the master; try again later
     return {};
   }
   return names;
@@ -71,7 +71,7 @@ void RivalWatch::onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>
 void RivalWatch::checkOdometry() {
   std::vector<std::string> names = publishersOf(odometry_topic_);
   if (names.size() < 2) return;
-  timer_.stop();  // told once
+  timer_.stop();  // report only once
   std::sort(names.begin(), names.end());
   ROS_ERROR(
       "%s is published by %s: the map would be made of both. Use the robot's own odometry "

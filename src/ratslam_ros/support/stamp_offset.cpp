@@ -8,9 +8,9 @@ namespace ratslam {
 namespace {
 
 const ros::WallDuration kSilence(2.0);
-constexpr double kMost_s = 1.0;     // a slower sensor or a queue may be that late
-constexpr std::size_t kLooks = 15;  // 3 s at five looks a second
-constexpr double kSteady = 0.1;     // share of the difference by which it may vary
+constexpr double kMost_s = 1.0;     // a slow sensor or a queue can be that late
+constexpr std::size_t kLooks = 15;  // 3 s at five calls a second
+constexpr double kSteady = 0.1;     // largest variation of a lasting difference, as a share of it
 
 }  // namespace
 

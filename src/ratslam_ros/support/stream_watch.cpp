@@ -16,14 +16,13 @@ bool endsWith(const std::string& name, const std::string& ending) {
          name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
 }
 
-/// Pictures that the nodes themselves draw: nobody wants them for input.
+/// Pictures drawn by the nodes, which are no input.
 bool isOwnPicture(const std::string& topic) {
   return endsWith(topic, "/LocalView/View") || endsWith(topic, "/PoseCell/Activity") ||
          endsWith(topic, "/ExperienceMap/Picture") || endsWith(topic, "/debug_image");
 }
 
-/// The transport that would bring the images of `topic` in as they are published; empty where it is no such
-/// pair.
+/// The transport with which the published topic would serve for `topic`; empty if they are no such pair.
 std::string otherTransport(const std::string& topic, const std::string& published) {
   const std::string compressed = "/compressed";
   if (published == topic + compressed) return "compressed";

@@ -34,11 +34,11 @@ TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& f
   TrajectoryFiles files = trajectoryFiles(file, format);
   makeFolderOf(files.online);
   std::vector<std::unique_ptr<AtomicFile>> all;
-  std::vector<std::string> stale;  // of an earlier run whose time went back more often
+  std::vector<std::string> stale;  // files of an earlier run whose time went back more often
   const auto add = [&all](const std::string& path) -> std::ostream& {
     return all.emplace_back(std::make_unique<AtomicFile>(path))->stream();
   };
-  // A file of stamps has one stretch of time; one of mere poses all of them. @return the names
+  // Files with stamps have one stretch of time each; a file without stamps has all of them. @return the names
   const auto write = [&](const std::string& path, const std::vector<StampedPose3>& trajectory) {
     if (format == "kitti") {
       writeKitti(add(path), trajectory);
@@ -59,7 +59,7 @@ TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& f
   files.online = write(files.online, toPoses3(map.onlineTrajectory()));
   files.final = write(files.final, toPoses3(map.finalTrajectory()));
   writeMap(add(files.map), map.graph());
-  for (const auto& one : all) one->close();  // all are whole before one appears
+  for (const auto& one : all) one->close();  // all files must be complete before the first one is renamed
   for (const auto& one : all) one->commit();
   std::error_code ignored;
   for (const std::string& path : stale) std::filesystem::remove(path, ignored);

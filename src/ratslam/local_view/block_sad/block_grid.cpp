@@ -8,13 +8,14 @@
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kBlocksAcross = 5;  // what is compared, of which a shift covers at least 4 wholly
+constexpr std::size_t kBlocksAcross =
+    5;  // blocks along the compared columns; a shift covers at least 4 of them
 constexpr std::size_t kBands = 5;
 
 std::size_t asSize(int value) { return static_cast<std::size_t>(value); }
 
-/// Sums of `count` neighbours from each value on, which close into a circle: differences of sums from the
-/// first value on. A sum of one is that value, to the last bit.
+/// Sums of `count` consecutive values from each value on, on a circle. They are differences of sums from the first value
+/// on. For count 1 the results are the values, to the last bit.
 void sumNeighbours(const std::vector<double>& values, std::size_t count, std::vector<double>& sums) {
   sums = values;
   if (count == 1) return;
@@ -46,7 +47,7 @@ BlockGrid::BlockGrid(const LocalViewParams& params, std::size_t width, std::size
     const std::size_t first = begin > cut.begin ? (begin - cut.begin + width_ - 1) / width_ : 0;
     const std::size_t last = std::min((end - cut.begin) / width_, block_columns_);
     runs_.push_back({first * rows(), (last - first) * rows()});
-    // Column x of the view meets column x + shift of the template.
+    // Column x of the view is compared with column x + shift of the template.
     view_columns_.push_back((cut.begin + first * width_ + first_compared_ + columns_ - i * step_) % columns_);
   }
   const auto is_first = [&](std::size_t column) { return column == view_columns_.front(); };
@@ -74,8 +75,7 @@ std::size_t BlockGrid::mostCompared() const {
   return most;
 }
 
-/// Means of the columns of blocks that begin at every step-th column of the extent and lie in it, of values
-/// that close into a circle.
+/// Means of the blocks that begin at every step-th column of the extent and lie within it. The values close into a circle.
 void BlockGrid::columnMeans(const std::vector<double>& values, const Extent& extent, std::size_t step,
                             std::vector<std::uint8_t>& means) const {
   const std::size_t bands = rows();
@@ -109,7 +109,7 @@ std::vector<std::uint8_t> BlockGrid::ofTemplate(const std::vector<double>& value
 
 void BlockGrid::ofView(const std::vector<double>& values,
                        std::vector<std::vector<std::uint8_t>>& means) const {
-  std::vector<std::uint8_t> at_column;  // of the blocks that begin at each column of the view
+  std::vector<std::uint8_t> at_column;  // means of the blocks that begin at each column of the view
   columnMeans(values, {0, columns_ + width_ - 1}, 1, at_column);
   means.resize(same_at_all_shifts_ ? 1 : runs_.size());
   for (std::size_t shift = 0; shift < means.size(); ++shift) {

@@ -10,7 +10,7 @@
 namespace ratslam {
 namespace {
 
-/// Blocks that differ by less than one of 256 grey levels show nothing; of a single one nobody can tell.
+/// A view whose blocks differ by less than one of 256 grey levels shows nothing. A single block counts as texture.
 bool hasTexture(const BlockSums& blocks) {
   if (blocks.sums.size() == 1) return true;
   const auto [darkest, brightest] = std::minmax_element(blocks.sums.begin(), blocks.sums.end());
@@ -67,7 +67,7 @@ class BlockSadMatcher : public ViewMatcher {
     search_.likeness(templateOf(view), likeness.values);
   }
 
-  /// As new as it is far from counting as the same place.
+  /// The difference of the views relative to the threshold for the same place.
   double novelty(const View& view, const View& before) const override {
     const std::vector<double> a = templateOf(view).values;
     const std::vector<double> b = templateOf(before).values;
@@ -101,7 +101,7 @@ class BlockSadMatcher : public ViewMatcher {
     return {match.id, turned, match.error, match.error <= params_.match_threshold};
   }
 
-  /// An image of its own of 8-bit values that go row by row.
+  /// Copies 8-bit values, row by row, to an image.
   cv::Mat displayable(const std::vector<std::uint8_t>& bytes) const {
     cv::Mat image(params_.view_template.y_size, params_.view_template.x_size, CV_8UC1);
     std::copy(bytes.begin(), bytes.end(), image.begin<std::uint8_t>());

@@ -11,7 +11,7 @@ namespace ratslam {
 namespace {
 
 constexpr std::size_t kReadBytes = 8;    // a number is read as part of a whole 64-bit word
-constexpr std::uint32_t kMostBits = 57;  // that such a word holds behind the up to 7 bits before it
+constexpr std::uint32_t kMostBits = 57;  // bits of such a word after up to 7 bits of the number before
 
 std::uint32_t bitsOf(std::uint64_t largest) {
   std::uint32_t bits = 0;
@@ -19,10 +19,10 @@ std::uint32_t bitsOf(std::uint64_t largest) {
   return bits;
 }
 
-/// The smallest sum of which a byte can be the value.
+/// The smallest sum whose value rounds to a given byte.
 std::uint64_t smallestSum(std::uint8_t byte, double sums_per_level) {
-  // The first whole number from half a level below the byte's on, less what the rounding of the value and of
-  // this product can amount to. Truncation, because std::ceil costs a call on older processors.
+  // The first whole number from half a level below the byte on, minus the possible rounding of the value and of this
+  // product. It truncates, because std::ceil costs a call on older processors.
   const double sum = (byte - 0.5) * sums_per_level * (1.0 - 1e-12) + (1.0 - 1e-9);
   return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::max(sum, 0.0)));
 }
@@ -45,7 +45,7 @@ PackedTemplate::PackedTemplate(const ViewTemplate& original, const TemplateParam
   bits_ = bitsOf(*std::max_element(rests.begin(), rests.end()));
   packed_bytes_ = static_cast<std::uint32_t>(rests.size() * bits_ / 8 + kReadBytes);
   packed_ = std::make_unique<std::uint8_t[]>(packed_bytes_);
-  std::size_t position = 0;  // the bits go as a little-endian processor has them in memory
+  std::size_t position = 0;  // the bits are in little-endian order
   for (const std::uint64_t rest : rests) {
     std::uint64_t word = 0;
     std::memcpy(&word, packed_.get() + position / 8, kReadBytes);

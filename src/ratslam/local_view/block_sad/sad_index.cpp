@@ -11,10 +11,10 @@
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kSegmentChunks = 8192;   // 512 KB: a new segment is cheap,
-constexpr std::size_t kMaxSegmentGroups = 64;  // also that of a small map, and a search makes few calls
+constexpr std::size_t kSegmentChunks = 8192;   // 512 KB: a new segment is cheap, and a search makes few calls
+constexpr std::size_t kMaxSegmentGroups = 64;  // keeps the segments of small templates small
 
-/// Where a group has byte `position` of its first template.
+/// Position in a group of byte `position` of its first template.
 std::uint32_t placeInGroup(std::uint32_t position) {
   return position / 8 * static_cast<std::uint32_t>(kChunkBytes) + position % 8;
 }
@@ -49,7 +49,8 @@ ShiftBlock shiftBlock(const std::vector<BlockRun>& runs, std::size_t bytes, std:
   block.begin = first_begin / 8;
   block.end = (last_end + 7) / 8;
   block.inner_begin = (last_begin + 7) / 8;
-  block.inner_end = first_end == bytes ? chunks : first_end / 8;  // what follows is 0 on both sides
+  block.inner_end =
+      first_end == bytes ? chunks : first_end / 8;  // the bytes after the end are 0 on both sides
   if (block.inner_end <= block.inner_begin) block.inner_begin = block.inner_end = block.end;  // all masked
   return block;
 }
@@ -61,10 +62,11 @@ struct SadIndex::View {
     return compared[std::min(shift, compared.size() - 1)];
   }
 
-  std::vector<std::vector<std::uint8_t>> compared;  // what the view has at each shift, or at all
-  SmallestSads smallest_sads = nullptr;             // by columns
+  std::vector<std::vector<std::uint8_t>>
+      compared;                          // blocks of the view at each shift, or once for all shifts
+  SmallestSads smallest_sads = nullptr;  // by columns
   ShiftedViews shifted;
-  SlidingSads sliding_sads = nullptr;  // by rows, where this level has it
+  SlidingSads sliding_sads = nullptr;  // by rows; null if this level has none
   bool slides = false;
   SlidingShape shape;
   std::vector<std::uint32_t> quads;
@@ -115,7 +117,7 @@ void SadIndex::placeByRows() {
   }
 }
 
-/// The last block is filled up with its last shift.
+/// Shift at a position of the blocks of shifts. The last block is filled with repetitions of the last shift.
 std::size_t SadIndex::blockShift(std::size_t position) const {
   return std::min(position, grid_.runs().size() - 1);
 }

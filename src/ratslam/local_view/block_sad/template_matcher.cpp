@@ -15,7 +15,7 @@ namespace ratslam {
 namespace {
 
 constexpr std::uint32_t kNoCandidate = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kBatchGroups = 64;  // searched in one go, so that the next can be fetched in time
+constexpr std::size_t kBatchGroups = 64;  // searched at once, so that the next ones can be prefetched
 
 const LocalViewParams& validated(const LocalViewParams& params) {
   params.validate();
@@ -28,10 +28,9 @@ std::uint32_t smallestOfGroup(const std::uint32_t* values) {
   return smallest;
 }
 
-/// Sum of what rounding to 8 bits moves the values, in levels and rounded up, with 1 more for sums of
-/// doubles.
+/// Sum of the changes of the values by rounding to 8 bits [levels], rounded up, and 1 for the rounding of sums of doubles.
 std::uint32_t roundingOf(const std::vector<double>& values) {
-  // Whole numbers, of which the compiler may sum up several at a time.
+  // Whole numbers allow the compiler to vectorise the sum.
   constexpr int kParts = 1 << 16;
   std::int64_t parts = 0;
   for (const double value : values) {
@@ -65,7 +64,7 @@ Sum absoluteDifferences(const std::vector<Value>& view, const std::vector<Value>
   return sum;
 }
 
-/// The lesser is the better match.
+/// The better match has the lower rank.
 std::tuple<double, std::uint32_t, int> rank(const TemplateMatch& match) {
   return {match.error, match.id, match.shift};
 }
@@ -176,8 +175,8 @@ void TemplateMatcher::likeness(const ViewTemplate& view, std::vector<float>& val
                  [scale](std::uint32_t sad) { return scale * static_cast<float>(sad); });
 }
 
-/// Fills coarse_sads_, kNoCandidate where the mean gate excludes a template, and returns the id of the
-/// smallest. Most groups are excluded or included as a whole by the range of their means.
+/// Fills coarse_sads_, with kNoCandidate for templates outside the mean gate. @return the id of the smallest. The range
+/// of their means excludes or includes most groups as a whole.
 std::optional<std::size_t> TemplateMatcher::boundCoarsely(double view_mean) {
   const double gate = params_.meanGate();
   const auto group_excluded = [&](std::size_t group) {
@@ -225,7 +224,7 @@ void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t v
   const std::uint64_t coarse_rounding =
       coarse_.grid().mostCompared() + 1;  // half a level for view and template each
   const std::uint64_t in_block = coarse_.grid().valuesInBlock();
-  std::uint64_t ceiling = kNoCandidate - 1;  // 255 times the best sum is at most this
+  std::uint64_t ceiling = kNoCandidate - 1;  // upper bound of 255 times the best sum
   std::uint64_t coarse_limit = kNoCandidate - 1;
   std::array<std::uint32_t, kBatchGroups * kGroupLanes> sads{};
   const auto search_groups = [&](std::size_t first, std::size_t last, bool collect) {
@@ -269,7 +268,7 @@ void TemplateMatcher::collectCandidates(std::size_t most_likely, std::uint32_t v
   });
 }
 
-/// Puts the candidate in place of the best if it is better.
+/// Replaces the best match by the candidate if that is better.
 void TemplateMatcher::refine(const Candidate& candidate, const std::vector<double>& view,
                              std::optional<TemplateMatch>& best) {
   const auto hopeless = [&](std::uint32_t sad) {
@@ -290,7 +289,7 @@ void TemplateMatcher::refine(const Candidate& candidate, const std::vector<doubl
                   static_cast<double>(compared_values_);
     if (!best || rank(match) < rank(*best)) best = match;
   };
-  // The most likely shift first, so that it excludes the others.
+  // Begin with the most likely shift, which then excludes most others.
   const auto first = static_cast<std::size_t>(std::min_element(shift_sads_.begin(), shift_sads_.end()) -
                                               shift_sads_.begin());
   compare(first);

@@ -44,7 +44,7 @@ double meanOf(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// A patch of radius `radius` round (x, y), row by row, edge values repeated.
+/// Copies the patch around (x, y) row by row. Values at the edge are repeated.
 void copyPatch(const std::vector<double>& values, const TemplateParams& params, int x, int y,
                std::vector<double>& patch) {
   const int radius = params.patch_radius;
@@ -58,7 +58,7 @@ void copyPatch(const std::vector<double>& values, const TemplateParams& params, 
   }
 }
 
-/// Standard deviation; exactly 0 for equal values, which their rounded mean would not give.
+/// Standard deviation. Exactly 0 for equal values, in spite of the rounding of their mean.
 double deviationFrom(double mean, const std::vector<double>& values) {
   const auto [smallest, largest] = std::minmax_element(values.begin(), values.end());
   if (*smallest == *largest) return 0.0;
@@ -80,7 +80,7 @@ std::vector<double> patchNormalised(const std::vector<double>& values, const Tem
       if (deviation < params.min_patch_std) {
         normalised.push_back(0.5);
       } else if (deviation == 0.0) {
-        normalised.push_back(1.0);  // what OpenRatSLAM makes of 0 / 0: its thresholds were tuned on it
+        normalised.push_back(1.0);  // OpenRatSLAM's result of 0 / 0, for which its thresholds were tuned
       } else {
         normalised.push_back(std::clamp(((value - mean) / deviation + 3.0) / 6.0, 0.0, 1.0));
       }
@@ -92,7 +92,7 @@ std::vector<double> patchNormalised(const std::vector<double>& values, const Tem
 }  // namespace
 
 BlockSums templateBlocks(const cv::Mat& image, const TemplateParams& params) {
-  pixelFormat(image);  // an unusable image is reported as such, not as a bad crop
+  pixelFormat(image);  // so that an unusable image is not reported as a bad crop
   const std::string image_size = sizeText(image.cols, image.rows);
   const CropAxis x{"image_crop_x_min", "image_crop_x_max", "template_x_size", params.crop_x_min,
                    params.crop_x_max,  params.x_size,      image.cols};

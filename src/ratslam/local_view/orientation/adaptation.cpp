@@ -6,8 +6,8 @@
 namespace ratslam {
 namespace {
 
-constexpr double kFewest = 50.0;  // views that the slowest-changing share is spread over at first,
-constexpr double kMost = 300.0;   // and in the end
+constexpr double kFewest = 50.0;  // time constant at first [views]
+constexpr double kMost = 300.0;   // time constant in the end [views]
 constexpr double kLeastVariance = 1e-3;
 
 }  // namespace
@@ -42,7 +42,7 @@ void Adaptation::learn(const std::vector<double>& values) {
   const auto group = [&](std::size_t first, auto&& each) {
     for (std::size_t i = 0; i < sharing_.count; ++i) each(first + i * sharing_.stride);
   };
-  const std::size_t block = sharing_.stride * sharing_.count;  // of values that share, beginning together
+  const std::size_t block = sharing_.stride * sharing_.count;  // size of a block of values that share
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (sharing_.count > 1 && i % block >= sharing_.stride) continue;
     double difference = 0.0;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kLevelsInOne = 32.0;  // 4 standard deviations are 128 levels
 constexpr double kLargest = 127.0;
-constexpr std::size_t kInSegment = 256;  // vectors
+constexpr std::size_t kInSegment = 256;  // vectors per segment
 constexpr std::uint8_t kBias = 128;
 
 std::size_t rounded(std::size_t values) { return (values + kByteQuantum - 1) / kByteQuantum * kByteQuantum; }
@@ -79,7 +79,7 @@ void ByteMatcher::setQueries(const View& view) {
   }
 }
 
-/// Of the vectors [first, last), which lie in one segment.
+/// Products of the queries with the vectors [first, last), which must be in one segment.
 void ByteMatcher::multiply(std::size_t first, std::size_t last, std::size_t queries, std::int32_t* products,
                            std::size_t stride) const {
   products_(vectorAt(first), last - first, stride_, queries_.data(), queries, products, stride);

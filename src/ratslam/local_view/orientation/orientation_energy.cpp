@@ -21,7 +21,7 @@ double eighthTurns(double t) {
   return kToEighths * t * (0.9998660 + z * (-0.3302995 + z * (0.1801410 + z * (-0.0851330 + z * 0.0208351))));
 }
 
-/// Orientation of a gradient, which has no sign, as a share of half a turn in [0,1].
+/// Orientation of a gradient without its sign, as a fraction of half a turn in [0,1].
 double orientation(double dx, double dy) {
   const double ax = std::abs(dx);
   const double ay = std::abs(dy);

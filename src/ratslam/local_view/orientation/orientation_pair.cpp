@@ -14,31 +14,33 @@
 namespace ratslam {
 namespace {
 
-constexpr int kShiftStep = kOrientationCell / 2;  // [pixels of 64]: finer ones look too much alike
-constexpr int kLaneShift = kOrientationCell;      // of another lane
-constexpr double kSameLane = 0.5;                 // of a camera that comes by again
-constexpr double kLeastContrast = 1.0;            // [grey values^2] below which there is nothing to see
+constexpr int kShiftStep =
+    kOrientationCell / 2;                     // between variants [pixels of 64]; finer ones are too similar
+constexpr int kLaneShift = kOrientationCell;  // shift of another lane [pixels of 64]
+constexpr double kSameLane = 0.5;             // prior probability of the same lane
+constexpr double kLeastContrast = 1.0;        // with less contrast an image shows nothing [grey values^2]
 
-/// How far the image is moved for each variant of a view [pixels of 64].
+/// Shift of the image for each variant of a view [pixels of 64].
 std::vector<int> shiftsOf(bool panoramic) {
   std::vector<int> shifts{0};
   const int most = panoramic ? kOrientationColumns / 2 : kLaneShift;
   for (int shift = kShiftStep; shift <= most; shift += kShiftStep) {
     shifts.push_back(shift);
-    if (!panoramic || shift < most) shifts.push_back(-shift);  // half a turn is the same either way
+    if (!panoramic || shift < most) shifts.push_back(-shift);  // half a turn is the same in both directions
   }
   return shifts;
 }
 
-/// How far a camera is turned [rad] whose image looks like another one when it is moved to the right by
-/// `shift` pixels of 64. Positive turns go to the left, and move what is seen to the right.
+/// Turn of a camera [rad] whose image matches another one when it is moved to the right by `shift` pixels of 64. Positive
+/// turns are to the left; they move the scene to the right.
 double turnOf(int shift, const LocalViewParams& params) {
   if (params.panoramic) return wrapAngle(2.0 * kPi * shift / kOrientationColumns);
   const double half_angle = 0.5 * params.view_angle_deg * kPi / 180.0;
   return -std::atan(2.0 * std::tan(half_angle) * shift / kOrientationColumns);
 }
 
-/// A forward camera comes by in the same lane more often than beside it; a panorama comes turned in any way.
+/// Prior probability of a variant. A forward camera returns more often in the same lane than in another one. A panoramic
+/// camera returns with any heading.
 double priorOf(std::size_t variant, std::size_t variants, bool panoramic) {
   if (panoramic) return 1.0 / static_cast<double>(variants);
   return variant == 0 ? kSameLane : (1.0 - kSameLane) / static_cast<double>(variants - 1);

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kCellPixels = 20;
 constexpr double kStroke = 0.42 * kCellPixels;  // half its length
-constexpr int kUsual = 24;                      // [levels] up to which nothing is drawn
-constexpr int kGround = 24;                     // grey
+constexpr int kUsual = 24;                      // edges up to this strength are not drawn [levels]
+constexpr int kGround = 24;                     // grey value of the background
 
 }  // namespace
 
