@@ -1,8 +1,8 @@
 """Evaluation, pictures and data-set conversion for ratslam_ros.
 
-Rooms: `trajectory` (poses, their files, axes, matching), `evaluation` (errors), `datasets` (recordings and what
-they consist of), `runs` (what a run of ratslam_run leaves, starting one) and `cli` (one module a command; the
-commands in the folder above only call the `main` functions found there).
+Packages: `trajectory` (poses, their files, axes, matching), `evaluation` (errors), `datasets` (recordings and their
+files), `runs` (starting ratslam_run, and its results) and `cli` (one module per command; the commands in the folder
+above only call their `main` functions).
 Positions are in metres, angles in radians and stamps in seconds unless a name says otherwise.
 """
 

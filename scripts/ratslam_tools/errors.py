@@ -11,7 +11,7 @@ class InputError(Exception):
 
 
 def require_folder(path: str, hint: str = "") -> None:
-    """@param hint said behind a folder that is not there. @throws InputError"""
+    """@param hint added to the message about a missing folder. @throws InputError"""
     if os.path.exists(path) and not os.path.isdir(path):
         raise InputError(f"{path}: it is a file, and a folder is needed")
     if not os.path.isdir(path):
@@ -33,10 +33,10 @@ def run_main(main_function, argv=None) -> int:
         print("interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # The reader of a pipe (head, less) has gone: not an error of ours, and nothing more can be printed.
+        # The reader of a pipe (head, less) has ended. That is no error, and nothing more can be printed.
         sys.stderr.close()
         return 0
-    except OSError as error:  # a disk that fills up, a folder that may not be entered
+    except OSError as error:  # a full disk, or a folder without permission
         where = f"{error.filename}: " if error.filename else ""
         print(f"error: {where}{one_line(error.strerror or error)}", file=sys.stderr)
         return 1

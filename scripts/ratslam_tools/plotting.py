@@ -1,4 +1,4 @@
-"""What all figures share: a backend that needs no display, colours, coloured lines, saving."""
+"""Common functions for figures: a backend without a display, colours, coloured lines, saving."""
 
 import os
 
@@ -27,7 +27,8 @@ def load(show: bool = False):
 
 
 def literal(name: str) -> str:
-    """A file's or parameter's name as text of a figure: `$` begins no formula, and a leading `_` hides nothing."""
+    """A name as plain text of a figure: escapes `$`, which begins a formula, and a leading `_`, which hides a
+    label."""
     text = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in name)
     return (" " + text if text.startswith("_") else text).replace("$", r"\$")
 
@@ -51,7 +52,7 @@ def coloured_line(axes, x, y, ends, values, largest: float):
 
 
 def finish(pyplot, figure, path=None, show: bool = False, dpi: int = 130) -> None:
-    """Saves and/or shows a figure and lets go of it. @throws InputError if the file cannot be written."""
+    """Saves and/or shows a figure and closes it. @throws InputError if the file cannot be written."""
     if path:
         try:
             figure.savefig(path, dpi=dpi)

@@ -19,7 +19,7 @@ class Progress:
         self.done = 0
 
     def advance(self, count: int = 1) -> None:
-        """`count` more are done."""
+        """Counts `count` more steps as done."""
         self.done += count
         elapsed = time.monotonic() - self.begin
         if self.enabled and (elapsed - self.drawn >= self.INTERVAL_S or self.done >= self.total):
@@ -36,6 +36,6 @@ class Progress:
         return f"{self.what} [{bar}] {self.done}/{self.total}  {rate:.3g}/s  {left}   "
 
     def close(self) -> None:
-        """Leaves the line."""
+        """Ends the line."""
         if self.enabled:
             self.stream.write("\n")

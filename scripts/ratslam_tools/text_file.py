@@ -1,7 +1,7 @@
-"""Text files as they come from everywhere, and files that are written whole or not at all.
+"""Reading of text files from any system, and atomic writing.
 
-A byte order mark, ends of lines of any system and single bytes of another encoding (a name in Latin-1 among
-numbers) are no reason to refuse a file; what is no text at all is.
+Accepted are a byte order mark, the line endings of any system, and single bytes of another encoding (a name in
+Latin-1 among numbers). A file that is no text is refused.
 """
 
 import math
@@ -18,8 +18,8 @@ UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
 def _pieces(path: str) -> Iterator[bytes]:
-    """Content of a regular file, piece by piece. @throws InputError for what is none (a pipe would never end), is
-    unreadable, or too large for any file that is read whole.
+    """Content of a regular file, piece by piece. @throws InputError for a file that is not regular (a pipe would
+    never end), unreadable, or too large to be read whole.
     """
     try:
         mode = os.stat(path).st_mode
@@ -43,11 +43,11 @@ def read_bytes(path: str) -> bytes:
 
 
 def read_text(path: str) -> str:
-    """The text of a file without its byte order mark, lines parted by `\\n`; bytes that are no UTF-8 become
+    """The text of a file without its byte order mark, with `\\n` between lines. Bytes that are no UTF-8 become
     U+FFFD. @throws InputError for an unreadable or binary file.
     """
     pieces = []
-    for piece in _pieces(path):  # what is no text may have no end
+    for piece in _pieces(path):  # each piece is checked, because a file that is no text may be endless
         pieces.append(piece)
         if pieces[0].startswith(UTF16_MARKS):
             raise InputError(f"{path}: cannot be read: it is UTF-16 text; save it as UTF-8")
@@ -66,7 +66,7 @@ def read_lines(path: str) -> Iterator[Tuple[int, str]]:
 
 
 def number(text: str) -> float:
-    """A number as programs write it, NaN and infinite ones included. @throws ValueError for anything else."""
+    """A number as programs write it, including NaN and infinity. @throws ValueError for anything else."""
     if "_" in text or not text.isascii():  # Python's own spelling of numbers
         raise ValueError(f"'{shown(text)}' is not a number")
     return float(text)
@@ -81,14 +81,14 @@ def finite_number(text: str) -> float:
 
 
 def shown(text: str) -> str:
-    """A piece of a file's text as a message may show it: one line, not too long, nothing unprintable."""
+    """Part of a file's text for a message: one line, not too long, printable characters only."""
     line = "".join(letter if letter.isprintable() else "?" for letter in text.strip())
     return line if len(line) <= 60 else line[:57] + "..."
 
 
 @contextmanager
 def writing(path: str, newline=None):
-    """A text file to write to; it appears under its name only when it is complete.
+    """A text file for writing. It gets its name only when it is complete.
 
     @throws InputError if it cannot be written.
     """

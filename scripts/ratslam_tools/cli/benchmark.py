@@ -1,6 +1,6 @@
-"""benchmark: builds and runs the benchmark programs and sets their figures beside those that are to be
-reached. Each program measures a plain implementation of the model and ours in one run: times drift with the
-machine and its load, their ratio hardly does.
+"""benchmark: builds and runs the benchmark programs and compares their figures with the required ones. Each program
+measures a plain implementation of the model and ours in one run: absolute times depend on the machine and its load,
+their ratio hardly does.
 """
 
 import argparse
@@ -76,7 +76,7 @@ _MILLISECONDS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
 
 
 def find(benchmarks: List[Dict], name: str) -> Optional[Dict]:
-    """The measurement of this name; google-benchmark appends its settings after a slash."""
+    """The measurement of this name. google-benchmark appends its settings after a slash."""
     for measured in benchmarks:
         if measured["name"] == name or measured["name"].startswith(name + "/"):
             return measured
@@ -84,7 +84,7 @@ def find(benchmarks: List[Dict], name: str) -> Optional[Dict]:
 
 
 def time_ms(case: Case, measured: Dict) -> float:
-    """The counter that holds the time, else the CPU time that google-benchmark took itself."""
+    """The counter of this case's time; if there is none, google-benchmark's CPU time."""
     if case.time in measured:
         return measured[case.time]
     return measured["cpu_time"] * _MILLISECONDS[measured["time_unit"]]
@@ -141,7 +141,7 @@ def make_table(rows: List[Dict]) -> str:
 
 
 def build(folder: str) -> None:
-    """Configures and builds the benchmark programs only. @raise InputError where that fails."""
+    """Configures and builds the benchmark programs only. @raise InputError if that fails."""
     configure = ["cmake", "-S", SOURCES, "-B", folder, "-DRATSLAM_BENCHMARKS=ON"]
     if not os.path.exists(os.path.join(folder, "CMakeCache.txt")):
         configure += ["-DRATSLAM_TESTS=OFF"]
@@ -153,7 +153,7 @@ def build(folder: str) -> None:
 
 
 def programs(folder: str, only: List[str]) -> List[str]:
-    """The benchmark programs. @param only parts of their names, one of which must occur; empty: all."""
+    """The benchmark programs. @param only parts of names, one of which a program must contain; empty: all."""
     names = sorted(name for name in os.listdir(folder) if name.endswith("_benchmark"))
     chosen = [name for name in names if not only or any(part in name for part in only)]
     if not chosen:
@@ -163,7 +163,7 @@ def programs(folder: str, only: List[str]) -> List[str]:
 
 
 def run(program: str) -> Dict:
-    """What one program measured. @raise InputError where it fails."""
+    """Measurements of one program. @raise InputError if it fails."""
     done = subprocess.run([program, "--benchmark_format=json"], stdout=subprocess.PIPE, cwd=SOURCES)
     if done.returncode != 0:
         raise InputError(f"{program}: ended with status {done.returncode}")

@@ -1,13 +1,12 @@
 """donkey_to_kitti: a donkey car's tub (images and `catalog_*.catalog`) as a KITTI sequence, with odometry
 from its commands.
 
-The car has no wheel encoder; speed and yaw rate follow from what it was told (kinematic bicycle, no slip):
+The car has no wheel encoder. Speed and yaw rate follow from its commands (kinematic bicycle model, no slip):
     v = speed_per_throttle * throttle, following it with a first-order lag of `speed_lag` seconds
     delta = max_steering * (trim - angle)        the tub's angle is +1 at full right lock; delta is positive
     to the left yaw rate = v * tan(delta) / wheelbase
 with the commands taking effect `delay` seconds later. The defaults fit the image shift of a lap track (trim
-and delays by regression, which explains 70% of the shift's variance; speed so that a lap turns once): crude,
-as odometry of a toy car is.
+and delays by regression, which explains 70% of the shift's variance; speed so that a lap turns once): they are crude.
 """
 
 import argparse

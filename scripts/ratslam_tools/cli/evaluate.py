@@ -22,7 +22,7 @@ RELATION_WORDS = {
 
 
 def add_input_options(parser: argparse.ArgumentParser) -> None:
-    """Options that say what is compared with what, and how the two are matched and aligned."""
+    """Options for the trajectories to compare, their matching and alignment."""
     parser.add_argument(
         "reference", metavar="REF", help="true trajectory: a TUM or KITTI file, or a topic with --bag"
     )
@@ -56,7 +56,7 @@ def add_input_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_relation_options(parser: argparse.ArgumentParser) -> None:
-    """Which part of the error is looked at."""
+    """Options for the part of the error to evaluate."""
     parser.add_argument(
         "-r",
         "--pose_relation",
@@ -70,7 +70,7 @@ def add_relation_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_output_options(parser: argparse.ArgumentParser, with_plot: bool = True) -> None:
-    """What is left behind."""
+    """Options for output files and windows."""
     group = parser.add_argument_group("output")
     group.add_argument("--save_results", metavar="FILE.json", help="write figures and settings")
     if with_plot:
@@ -99,7 +99,7 @@ def settings_of(arguments) -> comparison.Settings:
 
 
 def finish(arguments, title: str, unit: str, metric: str, reference, results: List[Result], settings) -> None:
-    """Prints, saves and plots what the options ask for."""
+    """Prints, saves and plots the results according to the options."""
     print_results(title, reference, results)
     if arguments.save_results:
         record = {

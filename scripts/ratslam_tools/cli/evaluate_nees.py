@@ -1,4 +1,4 @@
-"""evaluate_nees: does a run know how wrong it is?"""
+"""evaluate_nees: consistency of a run's covariances with its errors."""
 
 import argparse
 import os

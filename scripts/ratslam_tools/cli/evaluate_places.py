@@ -1,4 +1,4 @@
-"""evaluate_places: how well places are recognised."""
+"""evaluate_places: quality of place recognition."""
 
 import argparse
 import os
@@ -80,8 +80,8 @@ def _count(path):
 
 
 def _report_open(arguments, answers, until):
-    """The system's own recalls of what it did not see just before. A place is right for all the images that it was the
-    active one for when it was learned: a train that stands at a station learns one place there.
+    """Reports the system's own recalls of places that were not active just before. A place is right for all images
+    during which it was active when it was learned: a train that stands at a station learns one place there.
     """
     recalls = answers.claimed & (answers.frame - answers.place >= arguments.min_gap)
     if arguments.truth:

@@ -48,7 +48,7 @@ VISUAL_ODOMETRY = tuple(
 ) + ("camera_fov_deg", "camera_hz", "vtrans_scaling", "vtrans_max")
 SECTIONS = {"general": GENERAL, "ratslam": RATSLAM, "visual_odometry": VISUAL_ODOMETRY}
 IGNORED_SECTIONS = ("draw",)
-# What OpenRatSLAM does and its configurations therefore need not say.
+# Values that OpenRatSLAM's configurations imply.
 REFERENCE_ARITHMETIC = {"exp_solver": "relaxation"}
 SYNONYMS = {"vt_patch_normalisation": "vt_patch_normalise"}
 TITLES = {
@@ -59,7 +59,7 @@ TITLES = {
 
 
 def our_keys() -> Set[str]:
-    """Keys that ratslam_run knows; those of the reference arithmetic alone where it is not built."""
+    """Keys that ratslam_run knows; without a built ratslam_run only those of the reference arithmetic."""
     try:
         listed = subprocess.run(
             [runner.find(), "--list-parameters"],
@@ -93,8 +93,7 @@ def read_ini(path: str) -> configparser.ConfigParser:
 
 
 def convert(path: str):
-    """(YAML text, remarks on what was left out). @throws InputError naming key and value that are no
-    number.
+    """(YAML text, remarks on ignored keys). @throws InputError naming a key whose value is no number.
     """
     parser = read_ini(path)
     ours = our_keys()

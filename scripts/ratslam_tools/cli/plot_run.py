@@ -1,4 +1,4 @@
-"""plot_run: pictures of one run, and its errors where the truth is known."""
+"""plot_run: figures of one run, with its errors if the truth is known."""
 
 import argparse
 import os
@@ -11,7 +11,7 @@ from ratslam_tools.table import format_table
 
 
 def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -> None:
-    """Where the truth comes from."""
+    """Options for the ground truth."""
     parser.add_argument(
         "--truth",
         metavar="FILE",
@@ -31,7 +31,7 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
 
 
 def aligned_run(arguments) -> run_figures.Aligned:
-    """The run of parsed options, on its truth if there is one."""
+    """The run of parsed options, aligned with its truth if there is one."""
     known = None if arguments.truth is None else truth.read_truth(arguments.truth, arguments.times)
     return run_figures.Aligned(recorded_run.open_run(arguments.folder), known, arguments.t_max_diff)
 

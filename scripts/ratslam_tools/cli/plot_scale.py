@@ -1,4 +1,4 @@
-"""plot_scale: what a map that carries scale makes of an odometry whose unit of length drifts."""
+"""plot_scale: scale along the path of a map whose odometry's unit of length drifts."""
 
 import argparse
 import os
@@ -16,11 +16,11 @@ WINDOW_M = 60.0  # of true way, over which lengths are compared
 
 
 def local_scale(reference: np.ndarray, estimate: np.ndarray, window: float = WINDOW_M):
-    """Length of an estimate over that of the reference, along the way.
+    """Length of an estimate / length of the reference, along the path.
 
-    reference, estimate: positions (n, 3) of the same poses [m]. Returns (way, ratio): the middles of all
-    stretches of `window` metres of the reference, as way driven until there [m], and the ratio over each.
-    @throws InputError where the reference is shorter than one window.
+    reference, estimate: positions (n, 3) of the same poses [m]. Returns (way, ratio): the path length [m] at the
+    middle of each stretch of `window` metres of the reference, and the ratio over that stretch. @throws InputError if
+    the reference is shorter than one window.
     """
     driven = _way(reference)
     if driven[-1] < window:
@@ -37,7 +37,7 @@ def _way(positions: np.ndarray) -> np.ndarray:
 
 
 def scale_figure(reference, estimates: dict):
-    """Maps over the truth, and the scale along the way.
+    """Figure of the maps over the truth, and of the scale along the path.
 
     reference: true trajectory in base axes; estimates: label -> (trajectory, colour). Each is aligned by
     similarity. Returns the figure and the mean APE of each [m].

@@ -52,7 +52,7 @@ def fix_message(head, fix):
     message.status.service = 1
     if np.isfinite(fix[3]) and fix[3] > 0:
         variance = (fix[3] * SIGMA_PER_ACCURACY) ** 2
-        # Height is worse than place by a factor of two or so, and the phone does not say how much.
+        # The height is about twice as inaccurate as the position; the phone does not state its accuracy.
         message.position_covariance = [variance, 0, 0, 0, variance, 0, 0, 0, 4 * variance]
         message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_APPROXIMATED
     return message

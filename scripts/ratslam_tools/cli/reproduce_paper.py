@@ -84,7 +84,7 @@ class Reproduction:
         )
 
     def folder_of(self, system: System) -> str:
-        """The run of a system as it is configured; made where it is not there yet."""
+        """Folder of a system's run with its configuration. Runs it if there is none yet."""
         out = os.path.join(self.out, system.name)
         return runner.run_once(self.words(system, {}, out, system.odometry), out)
 

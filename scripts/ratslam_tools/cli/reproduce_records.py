@@ -1,4 +1,4 @@
-"""reproduce_records: the map's error on whichever KITTI sequences the user has, beside published figures."""
+"""reproduce_records: the map's errors on the KITTI sequences at hand, and published figures."""
 
 import argparse
 import os
@@ -32,9 +32,9 @@ HEAD = (
 
 
 def present(folder: str, names) -> list:
-    """(name, folder) of the sequences asked for, or of all that the folder holds.
+    """(name, folder) of the requested sequences, or of all in the folder.
 
-    @throws InputError where there is none.
+    @throws InputError if there is none.
     """
     if names or os.path.isfile(os.path.join(folder, "times.txt")):
         return sequence_folders(folder, names)

@@ -1,4 +1,4 @@
-"""suggest_parameters: crop, cell size, threshold and injection for a recording, from its first minutes."""
+"""suggest_parameters: suggests crop, cell size, threshold and injection from the first minutes of a recording."""
 
 import argparse
 import os
@@ -19,7 +19,7 @@ def lines_of(found) -> str:
 
 
 def suggest(runs, sampled: list) -> list:
-    """(reason, settings) in the order in which they were found. @param sampled images, as the camera sees them"""
+    """List of (reason, settings) in the order of docs/tuning.md. @param sampled images in the camera's orientation"""
     found, settings = [], {}
 
     def add(reason, more):

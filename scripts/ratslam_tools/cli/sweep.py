@@ -1,4 +1,5 @@
-"""sweep: ratslam_run over a grid of parameters, what each run is worth, and the figure over each parameter."""
+"""sweep: ratslam_run over a grid of parameters, with the figures of merit of each run and a plot for each
+parameter."""
 
 import argparse
 import os
@@ -103,7 +104,7 @@ def compute(arguments, varied, points, goal):
         )
 
     if runner.odometry_can_be_shared(odometry, [key for key, _ in varied]):
-        # Shards do not wait for each other: each has its own.
+        # Shards run at the same time, so each has its own file.
         name = "odometry" if not arguments.shard else "odometry_" + arguments.shard.replace("/", "_of_")
         folder = os.path.join(arguments.out, name)
         runner.run_once(words_of({}, folder, odometry), folder)
@@ -123,7 +124,7 @@ def compute(arguments, varied, points, goal):
 
 
 def tell_best(goal, points, found) -> None:
-    """The best run, or that there is none among equals."""
+    """Prints the best run, or that all runs are equal."""
     value, best = goal.best(found)
     coverage = found[best[0]].get("ape.final.coverage")
     told = f" (coverage {100 * coverage:.1f} %)" if goal.name.startswith("ape.final") and coverage is not None else ""

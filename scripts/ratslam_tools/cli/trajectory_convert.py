@@ -1,5 +1,4 @@
-"""trajectory_convert: TUM, KITTI, bag topics and GPS logs to TUM or KITTI, with the change of axes if asked
-for.
+"""trajectory_convert: converts TUM, KITTI, bag topics and GPS logs to TUM or KITTI, on request with a change of axes.
 """
 
 import argparse

@@ -1,1 +1,1 @@
-"""Recordings of every form, and the files that they consist of."""
+"""Readers of recordings and of their files."""

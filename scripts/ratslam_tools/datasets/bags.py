@@ -18,8 +18,7 @@ MIN_RECORD_TIME_NS = 1000
 
 
 def open_bag(path: str, mode: str = "r"):
-    """An open rosbag.Bag. @throws InputError for a file that is no whole bag, or without ROS's Python
-    packages.
+    """Opens a rosbag.Bag. @throws InputError for a file that is no complete bag, and without ROS's Python packages.
     """
     try:
         import rosbag
@@ -35,7 +34,7 @@ def open_bag(path: str, mode: str = "r"):
         ) from None
     except OSError as error:
         raise InputError(f"{path}: not a readable bag: {error.strerror or error}") from None
-    except Exception as error:  # whatever rosbag meets in a damaged file: it raises errors of all kinds
+    except Exception as error:  # rosbag raises various errors for a damaged file
         raise _damaged(path, error) from None
 
 
@@ -43,14 +42,14 @@ def _damaged(path: str, error: Exception) -> InputError:
     return InputError(f"{path}: not a readable bag, or a damaged one: {one_line(error) or type(error).__name__}")
 
 
-# A chunk of so many bytes is never refused; bigger ones are, where they claim to hold far more than they are.
+# A chunk that unpacks to at most so many bytes is never refused; a larger one is if it claims to unpack to far more.
 CHUNK_BYTES, CHUNK_RATIO = 64 << 20, 1000
 BAG_HEADER, CHUNK = b"\x03", b"\x05"
 
 
 def _check_records(path: str) -> None:
-    """The records of a bag lie one behind the other within the file, and no chunk claims to unpack to far more
-    than it is: rosbag allocates what a length says before it looks. @throws InputError
+    """Checks that the records of a bag follow each other within the file, and that no chunk claims to unpack to far
+    more than its size. rosbag itself allocates any length before it checks it. @throws InputError
     """
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
@@ -67,7 +66,7 @@ def _check_records(path: str) -> None:
                 length = _length(file, data, size, path)
                 fields = _fields(header)
                 if fields.get(b"op") == BAG_HEADER and not any(fields.get(b"index_pos", b"")):
-                    return  # no index: the recording was cut off, maybe within a record; rosbag says it
+                    return  # no index: the recording was cut off, perhaps within a record; rosbag reports it
                 _check_chunk(path, fields, length)
                 position = data + 4 + length
     except OSError as error:
@@ -75,7 +74,7 @@ def _check_records(path: str) -> None:
 
 
 def _what_else(begin: bytes) -> str:
-    """What a file is whose first bytes are not those of a bag."""
+    """Description of a file whose first bytes are not those of a bag."""
     otherwise = "it does not begin with '#ROSBAG V2.0'"
     if begin.startswith(b"\x89MCAP"):
         return otherwise + " but as a bag of ROS 2; rosbags-convert makes one of ROS 1 of it"
@@ -85,7 +84,7 @@ def _what_else(begin: bytes) -> str:
 
 
 def _length(file, position: int, size: int, path: str) -> int:
-    """The 32-bit length at `position`, of something that lies within the file."""
+    """The 32-bit length at `position`. Refuses one that leaves the file."""
     file.seek(position)
     data = file.read(4)
     length = struct.unpack("<I", data)[0] if len(data) == 4 else size
@@ -124,7 +123,7 @@ def _check_chunk(path: str, fields: dict, length: int) -> None:
 
 @contextmanager
 def reading(path: str):
-    """An open bag to read from. @throws InputError for whatever rosbag cannot read, also while it is read."""
+    """An open bag for reading. @throws InputError for any error of rosbag, also later while the bag is read."""
     with open_bag(path) as bag:
         try:
             yield bag
@@ -147,9 +146,8 @@ def _pose_of(message):
 def read_trajectory_topic(path: str, topic: str) -> Trajectory:
     """The poses of a topic by header stamp.
 
-    Odometry, PoseStamped, PoseWithCovarianceStamped and TransformStamped give one pose a message; of
-    nav_msgs/Path the last message counts. @throws InputError naming the topics there are, if it is missing or
-    carries no poses.
+    Odometry, PoseStamped, PoseWithCovarianceStamped and TransformStamped have one pose per message. Of nav_msgs/Path
+    the last message counts. @throws InputError listing the bag's topics, if this one is missing or has no poses.
     """
     messages = []
     with reading(path) as bag:
@@ -182,8 +180,7 @@ def read_trajectory_topic(path: str, topic: str) -> Trajectory:
 
 @contextmanager
 def writing(path: str):
-    """A bag to write to; it appears under its name only when complete, so that an interruption leaves no half
-    bag.
+    """A bag for writing. It gets its name only when it is complete, so that an interruption leaves no partial bag.
     """
     part = path + ".part"
     if os.path.exists(path) and not os.path.isfile(path):
@@ -208,7 +205,7 @@ def _give_up(bag, part: str) -> None:
     """Closes a bag that is not wanted any more, and removes its file."""
     try:
         bag.close()
-    except Exception:  # what cannot be closed (the disk is full) is dropped all the same
+    except Exception:  # the file is removed even if it cannot be closed (the disk is full)
         pass
     if os.path.exists(part):
         os.unlink(part)
@@ -307,8 +304,7 @@ def odometry_message(head, child: str, position, quaternion, linear, angular):
 
 
 def ground_truth_messages(trajectory: Trajectory, stamps_ns, frame_id: str = "world"):
-    """One Odometry a pose (base convention, child base_link); the twist is that of the step that led to the
-    pose.
+    """One Odometry per pose (base convention, child base_link). The twist is that of the step before the pose.
     """
     quaternions = geometry.quaternions_from_matrices(trajectory.rotations)
     linear = np.zeros((len(trajectory), 3))

@@ -1,5 +1,5 @@
-"""A camera's intrinsics from a file: hand-written (config/calibration/phone_example.yaml shows one), or as ROS's
-camera_calibration and OpenCV leave it.
+"""Reads a camera's intrinsics from a file: hand-written (like config/calibration/phone_example.yaml), or written by
+ROS's camera_calibration or OpenCV.
 """
 
 from dataclasses import dataclass

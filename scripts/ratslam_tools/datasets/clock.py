@@ -1,20 +1,20 @@
-"""A recording's clock that was set back while it ran (by the network's time, by hand)."""
+"""Detection of a clock that was set back during a recording (by the network's time, or by hand)."""
 
 from typing import List, Optional, Tuple
 
-# Fewer images in a row than these behind the latest time come late; so many run on another clock.
+# Fewer consecutive images before the latest time are only late. From this number on the clock was set back.
 MIN_BEHIND = 3
-# A file is in no order at all where more than this share of its times lies before the one before it.
+# A file is not ordered if more than this share of its times is earlier than the time before it.
 MAX_DESCENTS = 0.05
-# Images of one clock follow each other within so many usual steps.
+# Largest step between images of one clock, in usual steps.
 MAX_STEP = 5
 
 
 def clock_set_back(images: List[Tuple[int, str]]) -> Optional[Tuple[int, float]]:
-    """Looks at (stamp [ns], name) in the order of their file, which is that of their recording.
+    """Checks (stamp [ns], name) in the order of recording.
 
-    Returns the first stamp after the clock was set back, and by how much [s]; None where it was not. Single
-    late lines, repeated lines and files in no order are none of it.
+    Returns the first stamp after the clock was set back, and the size of the jump [s]; None if it was not set back.
+    Single late lines, repeated lines and files without order are no jump.
     """
     lines = list(dict.fromkeys(images))
     stamps = [stamp for stamp, _ in lines]

@@ -28,7 +28,7 @@ class Record:
 
 @dataclass
 class Tub:
-    """The records that count, by index; `deleted` is how many the manifest says are deleted."""
+    """The records that are not deleted, by index. `deleted` is the number of deleted ones in the manifest."""
 
     records: List[Record]
     deleted: int = 0

@@ -1,4 +1,4 @@
-"""YAML as configurations and calibrations here need it: scalars stay the text that they are in the file."""
+"""Reading of YAML configurations and calibrations. Scalars are kept as their text in the file."""
 
 from typing import Any, Dict
 
@@ -25,8 +25,8 @@ class _Loader(yaml.BaseLoader):
 
 
 def load(path: str) -> Dict[str, Any]:
-    """The mapping in a file, as deep as it goes, every scalar as text. OpenCV's `%YAML:1.0` and its tags are
-    passed over. @throws InputError naming line and reason.
+    """The nested mapping in a file, with every scalar as text. OpenCV's `%YAML:1.0` and its tags are ignored. @throws
+    InputError naming line and reason.
     """
     text = text_file.read_text(path)
     if text.startswith("%YAML:"):
@@ -46,7 +46,7 @@ def load(path: str) -> Dict[str, Any]:
 
 
 def read(path: str) -> Dict[str, str]:
-    """Keys and values of a flat file. @throws InputError naming a key that holds more than one value."""
+    """Keys and values of a flat file. @throws InputError naming a key with more than one value."""
     values = load(path)
     for key, value in values.items():
         if not isinstance(value, str):

@@ -1,7 +1,7 @@
-"""What the first bytes of a compressed image say, read before anything is decoded: kind, size, and whether it is whole.
+"""Check of the header of a compressed image before it is decoded: kind, size, and whether the image is complete.
 
-Only JPEG and PNG are decoded, and nothing of a size that no camera has: other codecs of OpenCV may end the process, and
-a picture of a few kilobytes may unpack to gigabytes.
+Only JPEG and PNG of the sizes of cameras are decoded. Other codecs of OpenCV may end the process, and a picture of a
+few kilobytes may unpack to gigabytes.
 """
 
 import struct
@@ -42,7 +42,7 @@ def _walk_png(data: bytes) -> Tuple[int, int]:
 
 
 def _walk_jpeg(data: bytes) -> Tuple[int, int]:
-    """Over the segments up to the first scan; pictures inside of segments (thumbnails) are stepped over."""
+    """Reads the segments up to the first scan. Pictures inside segments (thumbnails) are skipped."""
     size, position = None, 2
     while True:
         if data[position] != 0xFF:

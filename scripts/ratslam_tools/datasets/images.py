@@ -21,7 +21,8 @@ def natural_key(name: str) -> tuple:
 
 
 def list_files(folder: str) -> List[str]:
-    """Names in a folder in natural order; those that begin with a dot (left by foreign systems) are left out.
+    """Names in a folder in natural order. Names that begin with a dot are left out, because other systems leave such
+    files.
 
     @throws InputError if it cannot be read.
     """
@@ -45,9 +46,9 @@ def list_images(folder: str) -> List[str]:
 def times_of(images: Sequence[str], count: int, path: str) -> List[int]:
     """Which of `count` times in the file `path` belongs to each image.
 
-    As many times as images: one after the other. More times: the numbers in the images' names tell, counted
-    from 0, from 1 where the last number is that of the last time, or from the first where first and last fit.
-    @throws InputError where they do not tell, or there are fewer times than images.
+    If there are as many times as images, they belong together in order. If there are more times, the numbers in the
+    images' names decide. They count from 0, from 1 if the last number is that of the last time, or from the first
+    number if first and last fit. @throws InputError if the numbers do not fit, or there are fewer times than images.
     """
     if count == len(images):
         return list(range(count))
@@ -70,7 +71,7 @@ def times_of(images: Sequence[str], count: int, path: str) -> List[int]:
 
 
 def _numbers(images: Sequence[str]):
-    """The rising numbers at the ends of names that are alike before them; None where there are none."""
+    """The numbers at the ends of the names; None unless they are ascending and the names are equal before them."""
     numbers, before = [], set()
     for path in images:
         match = re.fullmatch(r"(.*?)([0-9]{1,18})", os.path.splitext(os.path.basename(path))[0])
@@ -83,8 +84,8 @@ def _numbers(images: Sequence[str]):
 
 
 def load_image(path: str, colour: bool) -> np.ndarray:
-    """The pixels of an image file as they are stored, grey (h, w) or BGR (h, w, 3); a tag that asks for turning
-    is not obeyed. @throws InputError for what is no readable image.
+    """The stored pixels of an image file, grey (h, w) or BGR (h, w, 3). Orientation tags are ignored. @throws
+    InputError for a file that is no readable image.
     """
     if not os.path.isfile(path):
         raise InputError(f"{path}: not a readable image: there is no such file")
@@ -98,7 +99,7 @@ def load_image(path: str, colour: bool) -> np.ndarray:
 
 
 def decode(data: bytes, colour: bool) -> np.ndarray:
-    """The pixels of a JPEG or PNG as load_image has them. @throws ValueError with the reason where it is none."""
+    """The pixels of a JPEG or PNG as in load_image. @throws ValueError with the reason for other data."""
     import cv2
 
     require_decodable(data)

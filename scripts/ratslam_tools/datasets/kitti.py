@@ -30,7 +30,7 @@ class Drive:
     # Pose of the camera (optical axes) in base_link, whose path the truth is.
     camera_rotation: np.ndarray = field(default_factory=lambda: geometry.CAMERA_TO_BASE)
     camera_translation: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    notes: List[str] = field(default_factory=list)  # what was found odd and repaired, a line each
+    notes: List[str] = field(default_factory=list)  # irregularities that were repaired, a line each
 
     def select(self, start: int, end: Optional[int]) -> "Drive":
         """Frames start ... end - 1. @throws InputError if there are none."""
@@ -107,7 +107,7 @@ def poses_file(folder: str) -> Optional[str]:
 
 
 def _image_folder(folder: str, camera: int) -> str:
-    """image_N of a sequence. @throws InputError naming those that are there instead."""
+    """image_N of a sequence. @throws InputError listing the existing ones if it is missing."""
     path = os.path.join(folder, f"image_{camera}")
     if not os.path.isdir(path):
         others = [number for number in range(4) if os.path.isdir(os.path.join(folder, f"image_{number}"))]
@@ -117,8 +117,7 @@ def _image_folder(folder: str, camera: int) -> str:
 
 
 def read_sequence(folder: str, camera: int = 0) -> Drive:
-    """A sequence of the odometry benchmark. Truth, where there is some, is that of base_link at the left grey
-    camera.
+    """A sequence of the odometry benchmark. The truth, if there is any, is that of base_link at the left grey camera.
     """
     images = list_images(_image_folder(folder, camera))
     path = os.path.join(folder, "times.txt")
@@ -202,8 +201,7 @@ def read_oxts(folder: str) -> Trajectory:
 
 
 def read_raw(folder: str, camera: int = 0) -> Drive:
-    """A raw drive (synchronised and rectified). Truth, where oxts is there, is that of base_link at the
-    inertial unit.
+    """A raw drive (synchronised and rectified). With oxts the truth is that of base_link at the inertial unit.
     """
     images = list_images(os.path.join(folder, f"image_{camera:02d}", "data"))
     stamps_ns = read_timestamps(os.path.join(folder, f"image_{camera:02d}", "timestamps.txt"))

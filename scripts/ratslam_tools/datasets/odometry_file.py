@@ -1,4 +1,4 @@
-"""Odometry in CSV files, as ratslam_run reads and leaves them (odometry.csv)."""
+"""Odometry in CSV files in the format of ratslam_run (odometry.csv)."""
 
 import csv
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ MAX_STAMP_S = 2.0**32
 def read_odometry(path: str) -> np.ndarray:
     """Rows frame, stamp [s], linear_x [m/s], angular_z [rad/s] of a CSV file whose first line names its columns.
 
-    Columns may stand in any order among others (a run's odometry.csv has poses as well); without a column
-    `frame` the rows are counted. @throws InputError naming file and line.
+    The columns may be in any order among others (a run's odometry.csv also has poses). Without a column `frame` the
+    rows are counted. @throws InputError naming file and line.
     """
     lines = list(text_file.read_lines(path))
     names = split(lines[0][1]) if lines else []
@@ -48,7 +48,7 @@ def read_odometry(path: str) -> np.ndarray:
 
 @dataclass
 class Motions:
-    """What a run's odometry.csv tells of poses and errors, NaN where it does not say."""
+    """Poses and covariances of a run's odometry.csv; missing values are NaN."""
 
     stamps: np.ndarray  # (n,) [s]
     positions: np.ndarray  # (n, 3) [m], of base_link in the odometry's frame

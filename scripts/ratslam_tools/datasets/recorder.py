@@ -1,11 +1,11 @@
-"""The folder that the Android dataset recorder leaves: images, IMU and GPS with Unix times in milliseconds.
+"""A folder of the Android dataset recorder: images, IMU and GPS with Unix times in milliseconds.
 
 CSV without heads. Newer: data_image.txt (ms, path), data_imu.txt (ms, ax, ay, az [m/s^2], gx, gy, gz
 [rad/s]), data_gps.txt (ms, latitude, longitude [deg], altitude, accuracy [m], bearing [deg], speed [m/s],
 provider).
 Older: imu_data.txt and gps_data.txt, no index of images, which are named by nanoseconds.
-Times are those of the phone's callbacks: they jitter, repeat, and may be out of order. Times in microseconds
-or nanoseconds are told by their number of digits (stamp_of).
+Times are those of the phone's callbacks: they jitter, repeat, and may be out of order. The number of digits shows
+whether they are in microseconds or nanoseconds (stamp_of).
 """
 
 import os
@@ -34,7 +34,7 @@ MAX_NUMBER = 1e9  # no sensor's reading is larger
 
 @dataclass
 class Recording:
-    """One recording; stamps in nanoseconds since 1970, increasing. `dropped` counts what was left out, by
+    """One recording; stamps in nanoseconds since 1970, increasing. `dropped` has the number of entries left out, by
     reason.
     """
 
@@ -55,8 +55,8 @@ def is_recording(folder: str) -> bool:
 
 
 def stamp_of(digits: str) -> Optional[int]:
-    """Nanoseconds of a time: 16 digits are Unix microseconds, up to 14 milliseconds, others nanoseconds. None for
-    what is no time.
+    """Nanoseconds of a time: 16 digits are Unix microseconds, up to 14 milliseconds, others nanoseconds. None for a
+    text that is no time.
     """
     if re.fullmatch("[0-9]{1,19}", digits) is None:
         return None
@@ -102,8 +102,8 @@ def _path(folder: str, kind: str) -> Optional[str]:
 def _rows(path: str, least: int, most: int, dropped: Counter, what: str) -> List[Tuple[int, List[str]]]:
     """(stamp, words after it) of each line that has a time and at least `least` words; others are counted.
 
-    @throws InputError for a line of more than `most` words without a decimal point: its decimals are written
-        with the commas that part the columns.
+    @throws InputError for a line of more than `most` words without a decimal point: it has decimal commas, which
+    cannot be told from the commas between columns.
     """
     rows = []
     for number, line in text_file.read_lines(path):
@@ -200,7 +200,7 @@ def _read_imu(recording: Recording) -> None:
     repeats = Counter(stamp for stamp, _ in whole)
     seen: Counter = Counter()
     for stamp, _ in whole:
-        # Several samples within one millisecond are all real: they share it evenly.
+        # Several samples within one millisecond are all real, so they are distributed evenly over it.
         recording.imu_stamps.append(stamp + seen[stamp] * 10**6 // repeats[stamp])
         seen[stamp] += 1
     recording.imu = np.array([numbers for _, numbers in whole]).reshape(-1, 6)
@@ -215,7 +215,7 @@ def _read_gps(recording: Recording, path: Optional[str]) -> None:
         _rows(path, 3, 9, recording.dropped, "GPS"), 6, recording.dropped, "GPS fixes"
     ):
         latitude, longitude = numbers[:2]
-        # NaN fails every comparison; (0, 0) is what a phone writes before it knows.
+        # NaN fails every comparison. A phone writes (0, 0) before its first fix.
         if not (abs(latitude) <= 90 and abs(longitude) <= 180) or latitude == longitude == 0:
             recording.dropped["GPS fix without a position"] += 1
         elif stamp == last:
@@ -236,11 +236,10 @@ def good_fixes(recording: Recording, max_accuracy: float) -> np.ndarray:
 
 
 def gps_track(recording: Recording, rows: np.ndarray) -> Trajectory:
-    """Path of the given fixes in East-North-Up about the first of them; x of the body points along the
-    bearing.
+    """Path of the fixes in East-North-Up about the first one. The body's x axis points along the bearing.
 
-    Where the phone is too slow to have a bearing, the last one holds; before the first, the first; the same for
-    altitudes that are not known.
+    If the phone is too slow for a bearing, the last known one is used, and before that the first known one. Unknown
+    altitudes are treated in the same way.
     """
     latitude, longitude, altitude, _, bearing, speed = recording.gps[rows].T
     altitude = _carried_on(altitude, np.isfinite(altitude))
@@ -253,7 +252,8 @@ def gps_track(recording: Recording, rows: np.ndarray) -> Trajectory:
 
 
 def _carried_on(values: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Unknown values replaced by the last known one, before the first by the first; zeros where none is known."""
+    """Replaces unknown values by the last known one, before the first known one by that, and by zeros if none is
+    known."""
     if not known.any():
         return np.zeros(len(values))
     latest = np.maximum.accumulate(np.where(known, np.arange(len(values)), -1))

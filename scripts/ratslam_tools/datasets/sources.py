@@ -1,4 +1,4 @@
-"""Where the evaluation commands take trajectories from: files, or topics of a bag."""
+"""Sources of trajectories for the evaluation commands: files, or topics of a bag."""
 
 import os
 from typing import List, Optional
@@ -8,8 +8,7 @@ from ratslam_tools.trajectory import Trajectory, read_trajectory
 
 
 def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str]) -> Trajectory:
-    """The reference: a file, or a topic where `bag` is given. Its stamps may repeat (see
-    association.associate).
+    """The reference: a file, or with `bag` a topic. Its stamps may repeat (see association.associate).
     """
     if bag is not None:
         return read_topic(bag, path)
@@ -17,7 +16,7 @@ def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str
 
 
 def read_estimates(paths: List[str], form: str, times: Optional[str], bag: Optional[str]) -> List[Trajectory]:
-    """The estimates, named so that no two names are equal."""
+    """The estimates, with distinct names."""
     trajectories = [
         read_topic(bag, path) if bag is not None else read_trajectory(path, form, times) for path in paths
     ]

@@ -1,4 +1,4 @@
-"""Where the ground truth of a run comes from: TUM or KITTI file, KITTI folder, or a bag. Always given in base
+"""Reads the ground truth of a run from a TUM or KITTI file, a KITTI folder, or a bag. The result is in base
 convention.
 """
 
@@ -29,7 +29,7 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
     """Truth with stamps, x forward and z up.
 
     @param path a TUM or KITTI file, the folder of a KITTI sequence, or a bag with a topic named ground_truth.
-    @param times times.txt of a KITTI file; found beside it where not given.
+    @param times times.txt of a KITTI file; if None it is searched beside the file.
     @throws InputError saying what is missing.
     """
     if os.path.isdir(path):
@@ -51,7 +51,7 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
 
 
 def read_plane_poses(path: str) -> Tuple[np.ndarray, np.ndarray]:
-    """Truth by the frame, seen from above, of a KITTI file of poses: positions (n, 2), x forward and y to the left [m], and
+    """Planar truth for each frame from a KITTI file of poses: positions (n, 2), x forward and y to the left [m], and
     headings (n,), counter-clockwise [rad]. @throws InputError naming the file.
     """
     rows = read_table(path)

@@ -1,4 +1,4 @@
-"""How far an estimate lies from the truth."""
+"""Errors of an estimate against the truth."""
 
 from ratslam_tools.evaluation.results import (  # noqa: F401
     Result,

@@ -36,7 +36,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Matched poses of a reference and of an estimate that has been brought onto it."""
+    """Matched poses of a reference and of an estimate that has been aligned with it."""
 
     reference: Trajectory
     estimate: Trajectory
@@ -55,11 +55,11 @@ def compare(
 ) -> Comparison:
     """Converts, matches, projects and aligns.
 
-    @param needs_body the errors to be taken depend on the body axes (RPE, or any rotation): both must then
-        share them.
-    @param world_matters the errors depend on how the two worlds are turned against each other (rotations of
-        APE; not RPE, which looks at steps).
-    @throws InputError for what cannot be compared, see association.associate and frames.require_same_axis.
+    @param needs_body whether the errors depend on the body axes (RPE, or any rotation): both must then have the same
+    ones.
+    @param world_matters whether the errors depend on the rotation between the two worlds (rotations of APE; not RPE,
+    which compares steps).
+    @throws InputError if they cannot be compared, see association.associate and frames.require_same_axis.
     """
     if settings.ref_frame is not None:
         reference = frames.convert(reference, settings.ref_frame, "base")
@@ -82,11 +82,10 @@ def compare(
 
 
 def on_ground(compared: Comparison, settings: Settings, positions_only: bool = True) -> Optional[Comparison]:
-    """The same comparison on the reference's ground plane; None where it has none or is projected already.
+    """The same comparison on the reference's ground plane; None if it has none or is projected already.
 
-    The estimate is projected after it was brought onto the reference (its own world may be tilted), and then
-    fitted anew within the plane. A flat estimate, which leans on the reference's hills to fit them, is first
-    laid level again.
+    The estimate is projected after its alignment (its own world may be tilted), and then fitted again within the
+    plane. A flat estimate, which the alignment tilts to fit the reference's hills, is levelled first.
     """
     if settings.plane is not None or compared.convention is None:
         return None

@@ -1,6 +1,6 @@
-"""Whether an estimate knows how wrong it is: the normalised estimation error squared (NEES).
+"""Consistency of an estimate: the normalised estimation error squared (NEES).
 
-NEES = e^T P^-1 e of an error e with the covariance P that was said of it. If both are right and Gaussian, it is
+NEES = e^T P^-1 e for an error e with stated covariance P. If both are right and Gaussian, it is
 chi-squared distributed with as many degrees of freedom as e has components (Bar-Shalom, Li and Kirubarajan 2001,
 5.4): nineteen of twenty lie within the 95 % band, and their mean is the number of components.
 """
@@ -44,7 +44,7 @@ def nees(errors: np.ndarray, covariances: np.ndarray) -> np.ndarray:
 
 
 def summary(values: np.ndarray, freedom: int) -> Dict[str, float]:
-    """How the NEES (n,) lie about their 95 % band."""
+    """Summary of NEES (n,) relative to their 95 % band."""
     low = chi_squared_quantile((1 - BAND) / 2, freedom)
     high = chi_squared_quantile((1 + BAND) / 2, freedom)
     return {
@@ -61,11 +61,11 @@ def summary(values: np.ndarray, freedom: int) -> Dict[str, float]:
 
 
 def motion_nees(odometry: odometry_file.Motions, truth: Trajectory) -> np.ndarray:
-    """NEES, 6 degrees of freedom, of the motion from each sample to the next: of the poses' translation and
-    rotation, in the axes of base_link at its end, against the covariance of the twist times dt^2.
+    """NEES, 6 degrees of freedom, of the motion from each sample to the next: error of translation and rotation in
+    the axes of base_link at its end, with the covariance of the twist times dt^2.
 
-    Samples that were predicted (bridged), say no covariance, or have no true pose are left out.
-    @throws InputError where none is left.
+    Samples that were predicted (bridged), or have no covariance or no true pose, are left out. @throws InputError if
+    none is left.
     """
     rows, partners = association.match_stamps(odometry.stamps, truth.stamps, association.MAX_STAMP_DIFFERENCE_S)
     true_row = np.full(len(odometry.stamps), -1)
@@ -94,9 +94,9 @@ def motion_nees(odometry: odometry_file.Motions, truth: Trajectory) -> np.ndarra
 def pose_nees(poses: Dict[str, np.ndarray], truth: Trajectory) -> np.ndarray:
     """NEES, 4 degrees of freedom (x, y, z, yaw), of the robot's poses in the map.
 
-    @param poses columns of pose_covariance.csv. The truth is laid so that the first of them is exact, as the map
-        takes it.
-    @throws InputError where fewer than two have a true pose.
+    @param poses columns of pose_covariance.csv. The truth is aligned with the first of them, which is exact in the
+    map.
+    @throws InputError if fewer than two have a true pose.
     """
     rows, partners = association.match_stamps(poses["stamp"], truth.stamps, association.MAX_STAMP_DIFFERENCE_S)
     if len(rows) < 2:

@@ -56,8 +56,8 @@ def plot_errors(results, title: str, quantity: str, path=None, show: bool = Fals
 
 
 def top_of_scale(results) -> float:
-    """Where the scales end: at the largest error, or, where a few poses are far off (an odometry that has just started),
-    a little above all the others, which nobody could tell apart else."""
+    """End of the scales: the largest error, or, if a few poses are far off (an odometry that has just started), a
+    little above all others, which would otherwise look equal."""
     largest = max(float(result.errors.max()) for result in results)
     usual = max(float(np.quantile(result.errors, USUAL)) for result in results)
     return largest if largest <= SPIKE * usual or usual == 0.0 else MARGIN * usual

@@ -1,4 +1,4 @@
-"""Where in the world a cell is active: occupancy-normalised rate maps, their autocorrelation, and how grid-like it is.
+"""Place fields of cells: occupancy-normalised rate maps, their autocorrelation, and grid scores.
 
 Definitions as in the field: Hafting et al. 2005 (grid cells), Sargolini et al. 2006 (grid score), Skaggs et al. 1993
 (spatial information).
@@ -28,7 +28,7 @@ def occupancy(positions: np.ndarray, bin_size: float) -> Tuple[np.ndarray, np.nd
 
 
 def rate_maps(positions: np.ndarray, activity: np.ndarray, bin_size: float, least_frames: int = 1) -> np.ndarray:
-    """Mean activity of each cell in each bin, (cells, rows, columns); NaN where the robot has been too rarely.
+    """Mean activity of each cell in each bin, (cells, rows, columns); NaN in bins where the robot was too rarely.
 
     @param activity (frames, cells), at the positions' frames
     """
@@ -45,7 +45,7 @@ def rate_maps(positions: np.ndarray, activity: np.ndarray, bin_size: float, leas
 
 
 def spatial_information(rate_map: np.ndarray, counts: np.ndarray) -> float:
-    """Bits that one unit of the cell's activity tells about the place (Skaggs)."""
+    """Information about the place per unit of activity [bits] (Skaggs)."""
     known = np.isfinite(rate_map) & (counts > 0)
     share, rate = counts[known] / counts[known].sum(), rate_map[known]
     mean = float((share * rate).sum())
@@ -56,8 +56,8 @@ def spatial_information(rate_map: np.ndarray, counts: np.ndarray) -> float:
 
 
 def autocorrelation(rate_map: np.ndarray, least_overlap: int = 20) -> np.ndarray:
-    """Pearson's correlation of a map with itself moved by every lag, (2 rows - 1, 2 columns - 1); NaN where fewer than
-    `least_overlap` bins meet.
+    """Pearson's correlation of a map with itself moved by every lag, (2 rows - 1, 2 columns - 1); NaN for lags with
+    fewer than `least_overlap` common bins.
     """
     known = np.isfinite(rate_map)
     values, weights = np.where(known, rate_map, 0.0), known.astype(float)
@@ -78,7 +78,8 @@ def autocorrelation(rate_map: np.ndarray, least_overlap: int = 20) -> np.ndarray
 
 
 def symmetry_score(correlogram: np.ndarray, fold: int, inner: float, outer: float) -> float:
-    """How alike a correlogram's ring is to itself turned by whole turns / `fold`, less how alike it is half-way between:
+    """Correlation of a correlogram's ring with itself rotated by multiples of a turn / `fold`, minus that half-way
+    between:
     fold 6 is the grid score (60 and 120 degrees against 30, 90 and 150), fold 4 that of a square lattice.
 
     @param inner, outer radii of the ring [bins]

@@ -1,9 +1,9 @@
-"""Figures of place recognition, as the field defines them.
+"""Measures of place recognition, as defined in the literature.
 
-Each question (a query image) has an answer (a place and a score) and may have right places. Recall at rank 1, the
+Each query image has an answer (a place and a score) and may have right places. Recall at rank 1, the
 precision-recall curve over the score, the area under it and the recall at 100 % precision are those of VPR-Bench
 (Zaffar et al., IJCV 2021) and OpenSeqSLAM (Talbot et al., 2018): precision = right answers / answers given, recall =
-right answers / questions that have a right place.
+right answers / queries with a right place.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,8 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Answers:
-    """One answer a question. frame, place: ints (place -1: none); score: floats, more is surer; claimed: bools."""
+    """One answer per query. frame, place: ints (place -1: none); score: floats, larger is more certain; claimed:
+    bools."""
 
     frame: np.ndarray
     place: np.ndarray
@@ -23,8 +24,8 @@ class Answers:
 
 @dataclass(frozen=True)
 class PlaceScores:
-    """questions with a right place, share right at rank 1, area under the curve, recall at 100 % and 99 % precision,
-    answers the system itself claims and how many of these are right; and the curve."""
+    """Number of queries with a right place, recall at rank 1, area under the curve, recall at 100 % and 99 %
+    precision, the number of answers that the system claims and of right ones among them, and the curve."""
 
     questions: int
     right_at_1: float

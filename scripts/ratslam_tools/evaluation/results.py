@@ -10,7 +10,7 @@ from ratslam_tools.trajectory import frames
 
 
 class Result:
-    """Errors of one estimate: in space, and beside it on the ground plane where the reference has one."""
+    """Errors of one estimate: in space, and on the ground plane if the reference has one."""
 
     def __init__(
         self, name: str, compared: comparison.Comparison, errors, ends, ground_errors=None, ground_plane=None
@@ -20,7 +20,7 @@ class Result:
         self.all_steps: Optional[float] = None  # equation (11), where asked for
 
     def record(self) -> Dict:
-        """What --save_results writes of it."""
+        """The record that --save_results writes."""
         alignment = self.compared.alignment
         record = {
             "estimate": self.name,

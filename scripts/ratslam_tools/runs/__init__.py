@@ -1,1 +1,1 @@
-"""What a run of ratslam_run leaves behind, its pictures, and starting a run."""
+"""Starting ratslam_run, its result files, and figures of them."""

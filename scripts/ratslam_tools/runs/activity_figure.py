@@ -1,5 +1,5 @@
-"""The pose cells' activity at the moments a run has kept it: three projections each, as the live picture shows
-them (Malichev & Yakhno 2024, Fig. 4).
+"""The pose cells' activity at the snapshots of a run, in three projections like the live picture (Malichev & Yakhno
+2024, Fig. 4).
 """
 
 from typing import List, Tuple
@@ -16,7 +16,7 @@ TRAIL = 200  # decisions whose estimates are drawn behind the packet
 
 
 def network_size(run) -> Tuple[int, int]:
-    """Cells along x and y, and heading layers, as the run's summary has them; 0 where it does not say."""
+    """Cells along x and y, and heading layers, from the run's summary; 0 if it lacks them."""
     parameters = run.summary.get("parameters", {})
     sizes = []
     for key in ("pc_dim_xy", "pc_dim_th"):
@@ -52,7 +52,8 @@ def activities(run) -> List[Tuple[float, np.ndarray]]:
 
 def mosaic(activity: np.ndarray) -> np.ndarray:
     """y over x at the upper left, y over heading beside it, heading over x below; row 0 at the bottom, NaN
-    between. Each projection is scaled to its largest value; roots, or all but the peak would be black.
+    between. Each projection is scaled to its largest value. Square roots are shown, because on a linear scale only
+    the peak would show.
     """
     n_th, n_xy, _ = activity.shape
     picture = np.full((n_xy + GAP + n_th, n_xy + GAP + n_th), np.nan)
@@ -69,7 +70,7 @@ def mosaic(activity: np.ndarray) -> np.ndarray:
 
 
 def draw_activity(axes, run) -> None:
-    """The pose cells' activity at moments of the run: y over x, y over heading and heading over x, with the way of the estimate."""
+    """The pose cells' activity at moments of the run: y over x, y over heading, heading over x; with the trail."""
     n_xy, n_th = network_size(run)
     moments = activities(run)
     side = n_xy + GAP + n_th
@@ -97,7 +98,7 @@ def draw_activity(axes, run) -> None:
 
 
 def _draw_trail(axes, actions, stamp: float, left: float, n_xy: int, n_th: int) -> None:
-    """The way of the estimate in the three projections; steps over the edge of the torus are not joined."""
+    """The trail of the estimate in the three projections. Steps across the edge of the torus are not joined."""
     end = int(np.searchsorted(actions["stamp"], stamp, side="right"))
     rows = slice(max(end - TRAIL, 0), end)
     sizes = {"x": n_xy, "y": n_xy, "th": n_th}

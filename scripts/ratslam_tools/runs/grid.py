@@ -1,7 +1,7 @@
-"""Runs of ratslam_run over a grid of parameters: the grid, its runs, what each is worth, table and figures.
+"""Runs of ratslam_run over a grid of parameters: the grid, its runs, their results, table and figures.
 
-Every finished run leaves a folder with `result.json`; a sweep that was interrupted goes on where it stopped, and a sweep
-divided among machines is put together from these files.
+Every finished run leaves a folder with `result.json`. From these files an interrupted sweep continues where it
+stopped, and a sweep divided among machines is merged.
 """
 
 import csv
@@ -23,7 +23,7 @@ from ratslam_tools.runs.run_folder import Run
 
 MAX_RUNS = 10000
 RESULT = "result.json"
-LOG_SPAN = 20  # values that span more than this factor stand on a logarithmic axis
+LOG_SPAN = 20  # a larger range of values gets a logarithmic axis
 FIGURES = ("max", "mean", "median", "min", "rmse")
 
 
@@ -72,10 +72,10 @@ def folder_name(point: Dict[str, str]) -> str:
 
 
 def evaluate(folder: str, known, t_max_diff: float) -> Dict[str, float]:
-    """What a run folder is worth, by name.
+    """Results of a run folder, by name.
 
-    ape.final.mean and the like (and coverage, ground_mean) where the truth is known; every number of the summary's
-    counts and timing, such as counts.experiences and timing.odometry; counts.recalls, links made by recognising a place.
+    ape.final.mean and similar ones (also coverage, ground_mean) if the truth is known; every number of the summary's
+    counts and timing, such as counts.experiences and timing.odometry; counts.recalls, the number of links by recall.
     """
     run = Run(folder)
     figures: Dict[str, float] = {}
@@ -107,7 +107,7 @@ class Sweep:
         self.runner = runner.Runner()
 
     def finished(self, point: Dict[str, str]):
-        """The figures of a point computed earlier by the same command, or None."""
+        """Earlier results of a point by the same command, or None."""
         path = os.path.join(self.out, "runs", folder_name(point), RESULT)
         if not os.path.isfile(path):
             return None
@@ -115,14 +115,14 @@ class Sweep:
             with open(path, encoding="utf-8") as file:
                 record = json.load(file)
         except (OSError, ValueError):
-            return None  # cut off while it was written: computed anew
+            return None  # was cut off while it was written; compute it again
         return record.get("figures") if record.get("command") == self._command(point) else None
 
     def _command(self, point: Dict[str, str]) -> List[str]:
         return self.words_of(point, os.path.join(self.out, "runs", folder_name(point)))
 
     def compute(self, point: Dict[str, str]):
-        """Runs one point and leaves its figures."""
+        """Runs one point and writes its results."""
         folder = os.path.join(self.out, "runs", folder_name(point))
         shutil.rmtree(folder, ignore_errors=True)
         os.makedirs(folder)
@@ -168,7 +168,7 @@ class Sweep:
 
 
 def write_csv(path: str, keys: List[str], points, found) -> None:
-    """One row a point: the settings, then every figure that some run has."""
+    """One row per point: the settings, then every result that some run has."""
     names = sorted({name for figures in found.values() for name in figures})
     part = path + ".part"
     with open(part, "w", encoding="utf-8", newline="") as file:
@@ -181,13 +181,13 @@ def write_csv(path: str, keys: List[str], points, found) -> None:
 
 
 class Goal:
-    """The figure that says how good a run is."""
+    """The result by which runs are compared."""
 
     def __init__(self, name: str = "ape.final.mean", largest: bool = False):
         self.name, self.largest = name, largest
 
     def of(self, figures: Dict[str, float]) -> float:
-        """@throws InputError where a run has no such figure."""
+        """@throws InputError if a run has no such result."""
         if self.name not in figures:
             raise InputError(f"--goal: no run has {self.name}; there are {', '.join(sorted(figures))}")
         return figures[self.name]
@@ -267,7 +267,7 @@ def _is_number(text: str) -> bool:
 
 
 def execute(words_of, varied, out: str, known, t_max_diff=0.01, jobs=None, keep=False, goal=None):
-    """A whole sweep: runs, `sweep.csv`, and `<goal>_over_<key>.png` for each key. Returns points and figures by
+    """A whole sweep: runs, `sweep.csv`, and `<goal>_over_<key>.png` for each key. Returns points and results by
     index.
 
     @throws InputError if no run succeeds; the failures of some are returned as the third value.
@@ -290,7 +290,7 @@ def shard(points, text: str):
 
 
 def merge(folders: List[str], points):
-    """Figures by index of the point, from what shards left in these folders; and the points that none has."""
+    """Results by index of the point, from the shards' folders, and the points that no shard has."""
     found = {}
     for index, point in enumerate(points):
         for folder in folders:

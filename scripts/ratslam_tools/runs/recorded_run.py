@@ -1,4 +1,4 @@
-"""A run of the nodes, from a bag in which their topics were recorded: ours, or OpenRatSLAM's of the same names."""
+"""A run of the nodes from a bag with their recorded topics: ours, or OpenRatSLAM's of the same names."""
 
 import os
 from typing import Dict, Optional
@@ -20,10 +20,10 @@ CREATE_NODE = 1
 
 
 class RecordedRun(Run):
-    """What a bag tells of a run: the last map, the online path, view cells and decisions over time.
+    """A run in a bag: the last map, the online path, view cells and decisions over time.
 
-    `final` is the path over the experiences at the times at which they were created, where the decisions were
-    recorded, too; else the online path.
+    If the decisions were recorded, `final` is the path over the experiences at their times of creation; else the
+    online path.
     """
 
     def __init__(self, path: str):  # pylint: disable=super-init-not-called
@@ -61,7 +61,7 @@ class RecordedRun(Run):
 
 
 def _read(path: str) -> Dict[str, list]:
-    """Messages by what their topics end with; of the map only the last."""
+    """Messages by the ends of their topics' names; of the map only the last."""
     from ratslam_tools.datasets import bags  # ROS is needed here only
 
     found: Dict[str, list] = {}
@@ -94,7 +94,7 @@ def _map_of(message, path: str) -> Map:
     nodes["yaw"] = np.array([2.0 * np.arctan2(p.orientation.z, p.orientation.w) for p in poses])
     ends = np.array([[edge.source_id, edge.destination_id] for edge in message.edge], dtype=float).reshape(-1, 2)
     links = {"id": np.arange(len(ends), dtype=float), "from": ends[:, 0], "to": ends[:, 1]}
-    links["recall"] = ends[:, 1] < ends[:, 0]  # driving on leads to a newer place, recognising to an older one
+    links["recall"] = ends[:, 1] < ends[:, 0]  # a link by recall leads to an older experience
     return Map(nodes, links, path)
 
 

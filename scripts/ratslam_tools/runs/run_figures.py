@@ -16,7 +16,7 @@ MAX_LINKS_OPAQUE = 200
 
 
 class Aligned:
-    """A run brought onto its truth by similarity; without truth everything stays in the map's frame.
+    """A run aligned with its truth by similarity. Without truth everything is in the map's frame.
 
     `final`, `online`: positions (n, 3) [m]; `nodes`: of the map, by the final trajectory's alignment;
     `results`: APE, in the order of run.trajectories, empty without truth.
@@ -76,7 +76,7 @@ def draw_map(axes, aligned: Aligned) -> None:
 
 
 def draw_loop_links(axes, aligned: Aligned) -> None:
-    """Links that recalls made, as lines between their experiences, with a dot where they end."""
+    """Links by recall, as lines between their experiences, with a dot at their ends."""
     from matplotlib.collections import LineCollection
 
     ends = aligned.run.map.loop_ends
@@ -107,7 +107,7 @@ def draw_loop_links(axes, aligned: Aligned) -> None:
 
 
 def draw_templates(axes, run: Run) -> None:
-    """Active view cell over time: new ones lie on the rising edge, recalls below it."""
+    """Active view cell over time: new ones are on the rising edge, recalls below it."""
     seen = run.templates["template_id"] >= 0  # -1: the image showed nothing
     time = (run.templates["stamp"] - run.templates["stamp"][0])[seen]
     ids = run.templates["template_id"][seen]
@@ -203,7 +203,7 @@ def map_figure(aligned: Aligned):
 
 
 def timing_figure(run: Run):
-    """A figure with the time of each module alone. @raise InputError where the summary does not tell."""
+    """A figure with the time of each module alone. @raise InputError if the summary lacks it."""
     if not run.timing:
         raise InputError(f"{run.name}: its summary.json has no timing")
     figure, axes = plotting.load().subplots(figsize=(7, 2.4), constrained_layout=True)
@@ -213,8 +213,8 @@ def timing_figure(run: Run):
 
 
 def map_picture(folder: str, path: str, truth=None) -> Aligned:
-    """Writes the map of a run folder, with a truth (base convention) if given; returns what was drawn, with
-    its errors.
+    """Draws the map of a run folder, with the truth (base convention) if given. Returns the aligned run with its
+    errors.
     """
     aligned = Aligned(Run(folder), truth)
     plotting.finish(plotting.load(), map_figure(aligned), path)

@@ -1,6 +1,6 @@
-"""The folder that ratslam_run leaves: trajectories, map, templates, actions and summary.
+"""The result folder of ratslam_run: trajectories, map, templates, actions and summary.
 
-Only what a figure needs has to be there; every reader names the file and line that it cannot take.
+A figure needs only its own files. Every reader names the file and line of an error.
 """
 
 import json
@@ -25,8 +25,8 @@ ENTRY = re.compile(r"^\s*-\s*\{(.*)\}\s*$")
 class Map:
     """An experience map: `nodes` and `links` are dicts of arrays, one entry an experience or link.
 
-    nodes: EXPERIENCE_KEYS, poses in the map's frame [m, rad]; links: LINK_KEYS and `recall` (bool: made by recognising
-    a place, not by driving to a new one). `ends` gives the rows of each link's two experiences, (links, 2).
+    nodes: EXPERIENCE_KEYS, poses in the map's frame [m, rad]; links: LINK_KEYS and `recall` (bool: the link was made
+    by a recall and not with a new experience). `ends` gives the rows of each link's two experiences, (links, 2).
     """
 
     def __init__(self, nodes: Dict[str, np.ndarray], links: Dict[str, np.ndarray], name: str):
@@ -42,7 +42,7 @@ class Map:
 
     @property
     def loop_ends(self) -> np.ndarray:
-        """Rows of the two experiences of each link that a recall made, (loops, 2)."""
+        """Rows of the two experiences of each link by recall, (loops, 2)."""
         return self.ends[self.links["recall"]]
 
 
@@ -72,8 +72,7 @@ def read_map(path: str) -> Map:
 
 
 def _column(path: str, entries: list, key: str) -> np.ndarray:
-    """One key of all entries as numbers; keys that only scale-carrying maps have may be missing and count as
-    0.
+    """One key of all entries as numbers. Keys of maps with scale may be missing and count as 0.
     """
     optional = key in ("z", "log_scale", "stamp", "view_id")
     try:
@@ -105,14 +104,14 @@ def read_columns(path: str) -> Dict[str, np.ndarray]:
     return {name: table[:, column] for column, name in enumerate(names)}
 
 
-# What ratslam_em leaves beside each other as <trajectory_file>_online.tum, ..., by their names in a run folder.
+# Files of ratslam_em, <trajectory_file>_online.tum, ..., by their names in a run folder.
 NODE_FILES = {"trajectory_online.tum": "_online.tum", "trajectory_final.tum": "_final.tum", "map.yaml": "_map.yaml"}
 
 
 class Run:
-    """Everything a run folder holds; what is missing is None (or empty, the summary).
+    """Content of a run folder. Missing parts are None (the summary: empty).
 
-    Of the nodes, the name that was their parameter trajectory_file takes the folder's place.
+    For a run of the nodes the value of their parameter trajectory_file replaces the folder.
     """
 
     def __init__(self, folder: str):
@@ -163,7 +162,7 @@ class Run:
 
 def read_arrays(path: str) -> Dict[str, np.ndarray]:
     """Arrays of an .npz file: of the pose cells `stamps` [ns] and `activity` (snapshots, headings, rows, columns)."""
-    if not os.path.isfile(path):  # a pipe would be waited for
+    if not os.path.isfile(path):  # opening a pipe would block
         raise InputError(f"{path}: not arrays of numpy: it is no regular file")
     try:
         with np.load(path, allow_pickle=False) as arrays:

@@ -12,7 +12,7 @@ from ratslam_tools.runs import run_folder
 from ratslam_tools.errors import InputError
 
 PROGRAM = "ratslam_run"
-# Where builds leave it, from the folder above scripts/: catkin workspace, plain CMake, install space.
+# Its places, from the folder above scripts/: catkin workspace, plain CMake, install space.
 BUILD_PLACES = (
     "devel/lib/ratslam_ros",
     "../../devel/lib/ratslam_ros",
@@ -27,7 +27,7 @@ def find(given: Optional[str] = None) -> str:
     """Path of ratslam_run: the given one, beside these scripts, on PATH, in an overlaid workspace, or in a
     build folder.
 
-    @throws InputError saying where it was looked for.
+    @throws InputError listing the searched places.
     """
     if given is not None:
         path = shutil.which(given) or given
@@ -74,12 +74,13 @@ def command(
     return [*words, *more]
 
 
-# For the help of whatever takes such options.
+# Help text of commands that take such options.
 PASSED_ON = "What follows `--` is passed on to ratslam_run: `-- --image-topic /front/image`, `-- --calibration phone.yaml`."
 
 
 def split(argv: Optional[List[str]]) -> Tuple[List[str], List[str]]:
-    """Words of the command line (None: the process's) before `--`, and those behind, which are options of ratslam_run."""
+    """Words of the command line (None: the process's) before `--`, and those after it, which are options of
+    ratslam_run."""
     words = list(sys.argv[1:] if argv is None else argv)
     end = words.index("--") if "--" in words else len(words)
     return words[:end], words[end + 1 :]
@@ -96,7 +97,7 @@ def option(words: Sequence[str], name: str) -> Optional[str]:
 
 
 def run_once(words: List[str], folder: str) -> str:
-    """Runs a command that leaves `folder`, unless the same command has left it before; returns the folder.
+    """Runs a command that creates `folder`, unless the same command has created it before. Returns the folder.
 
     @throws InputError as Runner.run.
     """
@@ -114,8 +115,8 @@ BEHIND_ODOMETRY = ("pc_", "vt_", "exp_", "template_", "image_crop_")
 
 
 def odometry_can_be_shared(odometry: Optional[str], keys) -> bool:
-    """Whether runs that differ in `keys` alone have the same odometry, and it is costly enough to be computed
-    only once: one run from images, the others from the odometry.csv it leaves, with the same results.
+    """Whether runs that differ only in `keys` have the same odometry, which is costly. Then one run computes it from
+    images, and the others read its odometry.csv, with the same results.
     """
     return odometry == "orb" and all(key.startswith(BEHIND_ODOMETRY) for key in keys)
 
@@ -123,8 +124,8 @@ def odometry_can_be_shared(odometry: Optional[str], keys) -> bool:
 class Runner:
     """Runs programs from several threads and can stop them all.
 
-    Each has its own session: Ctrl-C in the terminal must not let a run end early and its half result pass for
-    a whole one.
+    Each program has its own session, so that Ctrl-C in the terminal does not end it early: a partial result would
+    look like a complete one.
     """
 
     def __init__(self):
@@ -167,7 +168,7 @@ class Runner:
             )
 
     def stop(self) -> None:
-        """Ends all running commands; those not yet started will not be."""
+        """Ends all running commands. No further ones are started."""
         with self._lock:
             self._stopped = True
             for process in self._processes:

@@ -1,11 +1,11 @@
 """Parameters that suit a recording, found from its first minutes in the order in which they depend on each other.
 
-1. Crop: rows and columns that never change (bonnet, robot) or show nothing (sky, ceiling) tell no place from another.
+1. Crop: remove rows and columns that never change (bonnet, robot) or show nothing (sky, ceiling).
 2. Scale: a pose cell is as wide as the robot moves in a few frames, so that the packet moves smoothly.
 3. Threshold: experiences : templates between 1 : 1 and 2 : 1. With fewer experiences every image is a place of its own;
    with more one view stands for many places.
-4. Injection: as little energy as lets the pose cells follow the views that come back, on short loops as on long ones; more lets
-   single false recalls move the packet.
+4. Injection: the least energy with which the pose cells follow views that come back, on short loops and on long ones.
+   With more energy single false recalls would move the packet.
 """
 
 import math
@@ -18,22 +18,23 @@ from ratslam_tools.datasets import images
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import run_folder
 
-FRAMES_A_CELL = 2.5  # frames in which the robot crosses a pose cell at its usual speed
-MOVING = 0.1  # share of the fastest tenth's speed below which the robot stands
-EDGE = 0.35  # share of the median below which a row's change or texture is none
+FRAMES_A_CELL = 2.5  # frames to cross a pose cell at the usual speed
+MOVING = 0.1  # below this share of the fastest tenth's speed the robot stands
+EDGE = 0.35  # below this share of the median a row has no change or texture
 LARGEST_CUT = 0.45  # of the image, from one side
 RATIO = (1.2, 1.8)  # wanted experiences : templates
 THRESHOLDS = (0.005, 0.3)
 ENERGIES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-LONG_AGO = 50  # frames: what was last seen so long ago comes back, and is no view of where the robot still is
-LEAST_LOOP = 5  # frames that come back, of which one loop consists at least; fewer may be false recalls
+LONG_AGO = 50  # frames: a view that was last seen so long ago has come back
+LEAST_LOOP = 5  # least number of frames that come back in a loop; fewer may be false recalls
 HOLE = 10  # frames within a loop that do not come back
-ENOUGH = 0.9  # of what the best energy follows
+ENOUGH = 0.9  # share of the best energy's frames
 Runs = Callable[[Dict[str, str]], run_folder.Run]
 
 
 def sample_images(source: str, frames: int, count: int = 60, topic: Optional[str] = None) -> List[np.ndarray]:
-    """Grey images spread over the first `frames` of a folder or bag. @param topic of a bag; None: the first of images"""
+    """Grey images at equal distances over the first `frames` of a folder or bag. @param topic of a bag; None: the
+    first of images"""
     if source.endswith(".bag"):
         return _sample_bag(source, frames, count, topic)
     for name in ("image_0", "images"):
@@ -46,7 +47,7 @@ def sample_images(source: str, frames: int, count: int = 60, topic: Optional[str
 
 
 def turn(sampled: List[np.ndarray], degrees: Optional[str]) -> List[np.ndarray]:
-    """The images turned clockwise, as ratslam_run --rotate turns them."""
+    """The images rotated clockwise, as by ratslam_run --rotate."""
     quarters = int(degrees) // 90 if degrees in ("90", "180", "270") else 0  # of others ratslam_run says what is wrong
     return [np.rot90(image, -quarters) for image in sampled]
 
@@ -85,7 +86,7 @@ def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> Lis
 
 
 def crop(sampled: List[np.ndarray]) -> Dict[str, str]:
-    """The part of the image that changes and shows something; nothing where that is all of it."""
+    """The part of the image that changes and shows something; empty if that is the whole image."""
     size = sampled[0].shape
     stack = np.array([image for image in sampled if image.shape == size], dtype=np.float32)
     change = stack.std(axis=0)
@@ -106,7 +107,7 @@ def _share(values: np.ndarray) -> np.ndarray:
 
 
 def _kept(shares: np.ndarray) -> Tuple[int, int]:
-    """First row kept and the one after the last, cut from the ends only."""
+    """First row kept and the one after the last. Rows are removed only from the ends."""
     most = int(LARGEST_CUT * len(shares))
     begin, end = 0, len(shares)
     while begin < most and shares[begin] < EDGE:
@@ -118,7 +119,7 @@ def _kept(shares: np.ndarray) -> Tuple[int, int]:
 
 def cell_size(stamps: np.ndarray, speeds: np.ndarray) -> float:
     """Edge of a pose cell, as one digit, in the unit of the speeds (per second), which may be negative.
-    @throws InputError where nothing moves.
+    @throws InputError if nothing moves.
     """
     speeds, periods = np.abs(speeds), np.diff(stamps)
     fast = float(np.quantile(speeds, 0.9)) if len(speeds) else 0.0
@@ -137,7 +138,7 @@ def ratio_of(run: run_folder.Run) -> float:
 
 
 def threshold_key(run: run_folder.Run) -> Optional[str]:
-    """The parameter that decides what is recalled; None for vt_recall: belief, where none does."""
+    """The parameter that decides about recalls; None for vt_recall: belief, which has no threshold."""
     parameters = run.summary.get("parameters", {})
     if parameters.get("vt_recall") == "belief":
         return None
@@ -145,7 +146,7 @@ def threshold_key(run: run_folder.Run) -> Optional[str]:
 
 
 def threshold(runs: Runs, settings: Dict[str, str], key: str, tries: int = 8) -> Tuple[str, float]:
-    """The threshold whose ratio lies in RATIO or as near to it as it gets, and that ratio."""
+    """The threshold whose ratio is in RATIO or nearest to it, and that ratio."""
     low, high = (math.log(value) for value in THRESHOLDS)
     best: Optional[Tuple[float, str, float]] = None
     for _ in range(tries):
@@ -178,7 +179,7 @@ def loops_of(ids: np.ndarray) -> List[np.ndarray]:
 
 
 def followed(run: run_folder.Run) -> float:
-    """Sum over the loops of the share of their frames in which the map is at a place of long ago: 0 where nothing comes back."""
+    """Sum over the loops of the share of their frames in which the map is at an old place; 0 without loops."""
     if run.templates is None or run.actions is None:
         return 0.0
     stamps, actions = run.templates["stamp"], run.actions
@@ -193,7 +194,7 @@ def followed(run: run_folder.Run) -> float:
 
 
 def injection(runs: Runs, settings: Dict[str, str]) -> Optional[str]:
-    """The least energy that follows nearly as much as the best one; None where none follows anything."""
+    """The least energy that follows nearly as much as the best one; None if no energy follows anything."""
     shares = [followed(runs({**settings, "pc_vt_inject_energy": f"{energy:g}"})) for energy in ENERGIES]
     enough = ENOUGH * max(shares)
     return next((f"{energy:g}" for energy, share in zip(ENERGIES, shares) if share >= enough > 0.0), None)

@@ -1,5 +1,4 @@
-"""Which pose of the estimate belongs to which pose of the reference, and the alignment of the one to the
-other.
+"""Matching of an estimate's poses with those of the reference, and alignment.
 """
 
 from typing import Optional, Tuple
@@ -12,17 +11,17 @@ from ratslam_tools.trajectory import Trajectory
 
 MIN_MATCHES = 3
 MAX_STAMP_DIFFERENCE_S = 0.01
-# Of a path's length: what lies nearer to a line than files of positions are rounded to lies on it.
+# Share of a path's length. A path nearer to a line than the rounding of files counts as a line.
 LINE_WIDTH = 1e-6
 
 
 def match_stamps(
     first: np.ndarray, second: np.ndarray, max_difference: float
 ) -> Tuple[np.ndarray, np.ndarray]:
-    """Index arrays of the stamps (both sorted) that are each other's partner: nearest, within
-    `max_difference` [s], one to one.
+    """Index arrays of matching stamps (both lists sorted): nearest, within `max_difference` [s], one to one.
 
-    The shorter list seeks its nearest stamps in the longer one; where two seek the same, the nearer has it.
+    Each stamp of the shorter list is matched with the nearest one of the longer list. If two have the same one, the
+    nearer gets it.
     """
     if len(first) > len(second):
         second_rows, first_rows = match_stamps(second, first, max_difference)
@@ -45,7 +44,7 @@ def associate(
     max_difference: float = MAX_STAMP_DIFFERENCE_S,
     offset: float = 0.0,
 ) -> Tuple[Trajectory, Trajectory]:
-    """The matched poses of both, of equal length: by stamp, or by number where neither has stamps.
+    """The matched poses of both, of equal length: by stamp, or by number if neither has stamps.
 
     @param offset [s] added to the estimate's stamps.
     @throws InputError when they cannot be matched, match in fewer than 3 poses, or all lie at one point; and
@@ -92,7 +91,7 @@ def associate(
 
 
 class Alignment:
-    """How an estimate was brought onto the reference: p' = scale R p + translation."""
+    """Transformation of an estimate to the reference: p' = scale R p + translation."""
 
     def __init__(self, rotation, translation, scale: float):
         self.rotation, self.translation, self.scale = rotation, translation, scale
@@ -119,10 +118,10 @@ def fit_alignment(
     """Alignment of matched trajectories: rigid (align), similarity (both), scale about the origin
     (correct_scale), or none.
 
-    @param n_to_align only the first so many poses decide; all without it.
-    @param positions_only nothing but the positions of these poses is looked at once they are aligned.
-    @throws InputError where the poses that decide lie on one line, so that the rotation about it is not
-        determined, and something depends on that rotation.
+    @param n_to_align number of first poses that are used; None: all.
+    @param positions_only whether only the positions of these poses are evaluated after the alignment.
+    @throws InputError if the used poses lie on one line, which leaves the rotation about it undetermined, and
+    something depends on that rotation.
     """
     if not align and not correct_scale:
         return Alignment(np.eye(3), np.zeros(3), 1.0)

@@ -1,7 +1,7 @@
 """Body and world conventions: base (x forward, y left, z up; REP-103) and camera (x right, y down, z
 forward).
 
-Which one a trajectory uses shows in the body axis it moves along.
+The body axis along which a trajectory moves shows its convention.
 """
 
 from typing import Optional
@@ -23,8 +23,7 @@ FLAT = 1e-6
 
 
 def moving_axis(trajectory: Trajectory) -> Optional[str]:
-    """The body axis (x, y or z) nearly all motion goes along; None where no axis stands out (a hand-held
-    camera).
+    """The body axis (x, y or z) of nearly all motion; None if there is none (a hand-held camera).
     """
     steps = np.diff(trajectory.positions, axis=0)
     in_body = geometry.rotate(geometry.transpose(trajectory.rotations[:-1]), steps)
@@ -37,7 +36,7 @@ def moving_axis(trajectory: Trajectory) -> Optional[str]:
 
 
 def convention(trajectory: Trajectory) -> Optional[str]:
-    """base or camera, from the way the body moves; None where it cannot be told."""
+    """base or camera, from the body's motion; None if it is not clear."""
     axis = moving_axis(trajectory)
     return next((frame for frame, forward in FORWARD.items() if forward == axis), None)
 
@@ -56,8 +55,7 @@ def to_base(trajectory: Trajectory) -> Trajectory:
 
 
 def require_same_axis(reference: Trajectory, estimate: Trajectory) -> None:
-    """@throws InputError where both conventions are certain and differ: their body frames cannot be
-    compared.
+    """@throws InputError if both conventions are certain and differ: their body frames cannot be compared.
     """
     axes = [moving_axis(reference), moving_axis(estimate)]
     if None in axes or axes[0] == axes[1]:
@@ -75,7 +73,7 @@ def require_same_axis(reference: Trajectory, estimate: Trajectory) -> None:
 
 
 def laid_level(trajectory: Trajectory, plane: str) -> Trajectory:
-    """A trajectory that lies in some plane, turned into coordinate plane `plane`; any other as it is."""
+    """Rotates a trajectory that lies in a plane into coordinate plane `plane`. Returns any other unchanged."""
     centred = trajectory.positions - trajectory.positions.mean(axis=0)
     _, extents, axes = np.linalg.svd(centred, full_matrices=False)
     if extents[2] > FLAT * extents[0] or extents[1] <= FLAT * extents[0]:
@@ -86,8 +84,8 @@ def laid_level(trajectory: Trajectory, plane: str) -> Trajectory:
 
 
 def project(trajectory: Trajectory, plane: str) -> Trajectory:
-    """The trajectory in a coordinate plane (xy, xz or yz): no offset along the normal, turns about the normal
-    only.
+    """Projects a trajectory to a coordinate plane (xy, xz or yz): no offset along the normal, rotations about the
+    normal only.
     """
     normal = PLANES[plane]
     positions = trajectory.positions.copy()

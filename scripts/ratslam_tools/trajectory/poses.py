@@ -16,9 +16,9 @@ from ratslam_tools.trajectory import geometry
 
 COLUMNS = {"tum": 8, "kitti": 12}
 MAX_TIME_S = 2.0**32  # what a stamp of ROS can hold
-# Written with few digits, a rotation matrix is off by 1e-6 or so; more than this is another kind of file.
+# A rotation matrix written with few digits has errors of about 1e-6. With more than this it is another kind of file.
 MAX_ROTATION_DEFECT = 1e-2
-# No path leads farther [m]; squares and sums of such numbers are still numbers.
+# Bound on positions [m]; squares and sums of such numbers do not overflow.
 MAX_NUMBER = 1e12
 
 
@@ -72,8 +72,8 @@ class Trajectory:
         """Returns itself. @throws InputError naming the first pose that is not finite or whose stamp does not
         increase.
 
-        @param allow_repeats equal stamps pass (references recorded by motion capture have some); those going
-            back never do.
+        @param allow_repeats whether equal stamps are allowed (references by motion capture have some); decreasing
+        ones never are.
         """
         values = [self.positions, self.rotations.reshape(len(self), -1)]
         if self.stamps is not None:
@@ -121,7 +121,7 @@ def read_table(path: str) -> np.ndarray:
 
 
 def _has_decimal_commas(line: str) -> bool:
-    """Whether commas stand within numbers that blanks, tabs or semicolons part: `0,1 2,5`."""
+    """Whether numbers have decimal commas, with blanks, tabs or semicolons between numbers: `0,1 2,5`."""
     words = line.split()
     return len(words) > 1 and any(re.fullmatch(r"[-+]?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?", word) for word in words)
 
@@ -142,7 +142,7 @@ def read_times(path: str) -> np.ndarray:
 
 
 def _in_order_of_time(trajectory: Trajectory, times: str) -> Trajectory:
-    """The poses of a recording in which a few images came late, in the order of their stamps."""
+    """Sorts by stamp the poses of a recording in which a few images came late."""
     back = np.count_nonzero(np.diff(trajectory.stamps) < 0)
     if back == 0 or 2 * back > len(trajectory):
         return trajectory
@@ -153,7 +153,7 @@ def _in_order_of_time(trajectory: Trajectory, times: str) -> Trajectory:
 def read_trajectory(
     path: str, form: str = "auto", times: Optional[str] = None, allow_repeats: bool = False
 ) -> Trajectory:
-    """Reads a TUM or KITTI file, told apart by their columns unless `form` says which.
+    """Reads a TUM or KITTI file. Without `form` the number of columns decides.
 
     @param times a times.txt that gives the poses of a KITTI file their stamps.
     @param allow_repeats as in Trajectory.check.
