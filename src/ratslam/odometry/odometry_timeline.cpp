@@ -137,9 +137,11 @@ OdometryTimeline::Interval OdometryTimeline::intervalTo(const OdometrySample& sa
   const bool another_epoch = sample.epoch != last_->epoch;
   const bool jumped = with_poses && !another_epoch && contradicts(by_pose, by_twist, pose_only);
   // A covariance of the twist alone may hold for the moment only. A source that also states its unit vouches for
-  // the whole time since its last sample.
-  const bool silent = dt > params_.odometry_gap && !(said && sample.unit);
-  const bool loose = jumped || silent || ((another_epoch || sample.bridged) && !said);
+  // the whole time since its last sample, and for its motion where it corrects its pose.
+  const bool vouched = said && sample.unit;
+  const bool silent = dt > params_.odometry_gap && !vouched;
+  const bool broken = jumped && !vouched;
+  const bool loose = broken || silent || ((another_epoch || sample.bridged) && !said);
 
   interval.from_pose = with_poses && !jumped && !another_epoch && (use_pose_ || pose_only || silent);
   interval.whole = interval.from_pose ? by_pose : by_twist;
@@ -150,7 +152,7 @@ OdometryTimeline::Interval OdometryTimeline::intervalTo(const OdometrySample& sa
   if (sample.pose) interval.whole.tilt = tiltOf(*sample.pose);
   interval.tilt_before = last_->pose ? tiltOf(*last_->pose) : interval.whole.tilt;
   interval.whole.unit = sample.unit;
-  interval.whole.new_unit = another_epoch || jumped;
+  interval.whole.new_unit = another_epoch || broken;
   interval.whole.bridged = sample.bridged || loose;
   if (loose) {
     ++unmeasured_;

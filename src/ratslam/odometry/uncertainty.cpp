@@ -8,7 +8,8 @@ namespace {
 
 /// Variances from here on mean "unknown" [m^2/s^2, rad^2/s^2].
 constexpr double kUnknownVariance = 1e4;
-/// A larger difference between the two halves of a covariance, relative to its variances, is more than rounding.
+/// A larger difference between the two halves of a covariance, or a larger excess over what the variances allow, is more
+/// than rounding. Relative to the variances.
 constexpr double kAsymmetry = 1e-3;
 
 }  // namespace
@@ -35,6 +36,10 @@ std::string whyAbsurd(const TwistCovariance& covariance) {
       const double size = std::sqrt(covariance(row, row) * covariance(column, column));
       if (std::abs(covariance(row, column) - covariance(column, row)) > kAsymmetry * size) {
         return entry(row, column) + " differs from " + entry(column, row);
+      }
+      if (std::abs(covariance(row, column)) > (1.0 + kAsymmetry) * size) {
+        return entry(row, column) + " is beyond what the variances " + entry(row, row) + " and " +
+               entry(column, column) + " allow";
       }
     }
   }

@@ -7,6 +7,7 @@
 
 #include "oracle/experience_map_drive.h"
 #include "oracle/experience_map_oracle.h"
+#include "ratslam/experience_map/solver/pose_graph_solver.h"
 
 namespace ratslam {
 namespace {
@@ -24,6 +25,7 @@ Constraint randomConstraint(std::mt19937& random, bool recall) {
   constraint.to = 1;
   constraint.measured = {uniform(random), uniform(random), uniform(random), uniform(random)};
   constraint.xy_weight << 3.0, 0.5, -1.0, 2.0;
+  constraint.xy_by_yaw = {0.3, -0.7};
   constraint.yaw_weight = 30.0;
   constraint.scale_weight = 100.0;
   constraint.z_weight = 4.0;
@@ -99,6 +101,83 @@ TEST(PoseGraph, DoubtsARecallTheMoreTheFartherItIsOff) {
   // The pull is weight times residual: it fades for residuals beyond the kernel's width.
   EXPECT_GT(graph.weight(recall, 4.0) * 2.0, graph.weight(recall, 1e4) * 100.0);
   EXPECT_EQ(graph.weight(Constraint{}, 1e4), 1.0);
+}
+
+/// Of (x, y, z, yaw): of a way of `length` along x whose turns are a random walk (Brownian motion) that ends with
+/// this deviation.
+Eigen::Matrix4d wanderedCovariance(double length, double turn) {
+  Eigen::Matrix4d covariance = Eigen::Vector4d(0.01, 0.01, 0.04, turn * turn).asDiagonal();
+  covariance(1, 1) += length * length * turn * turn / 3.0;
+  covariance(1, 3) = covariance(3, 1) = length * turn * turn / 2.0;
+  return covariance;
+}
+
+TEST(ConstraintWeights, KeepTheCovarianceOfPlaceAndFacing) {
+  const Eigen::Matrix4d covariance = wanderedCovariance(20.0, 0.3);
+  Constraint constraint;
+  weigh(constraint, covariance);
+  EXPECT_LT((covarianceOf(constraint) - covariance).norm(), 1e-12 * covariance.norm());
+
+  // The energy of an error is its Mahalanobis distance.
+  constraint.measured = {20.0, 0.0, 0.0, 0.0};
+  const Eigen::Vector4d error(0.1, 4.0, -0.2, 0.4);
+  const MapPose from;
+  const MapPose to{20.0 + error[0], error[1], error[2], error[3], 0.0};
+  EXPECT_NEAR(PoseGraph::residual(constraint, from, to).squaredNorm(),
+              error.dot(covariance.llt().solve(error)), 1e-9);
+
+  // A node that is reached from an exact one is as uncertain, in the axes of the map.
+  MapPose turned;
+  turned.yaw = M_PI / 2.0;
+  constraint.scale_weight = 1e6;
+  const Eigen::Matrix4d reached =
+      poseCovariance(PoseGraph::propagate(constraint, turned, NodeCovariance::Zero()));
+  EXPECT_NEAR(reached(0, 0), covariance(1, 1), 1e-9);
+  EXPECT_NEAR(reached(0, 3), -covariance(1, 3), 1e-9);
+}
+
+TEST(ConstraintWeights, OfACovarianceThatCannotBeAreFinite) {
+  Eigen::Matrix4d covariance = wanderedCovariance(20.0, 0.3);
+  covariance(1, 3) = covariance(3, 1) = 100.0;
+  Constraint constraint;
+  weigh(constraint, covariance);
+  EXPECT_TRUE(constraint.xy_weight.allFinite());
+  EXPECT_TRUE(constraint.xy_by_yaw.isZero());
+}
+
+// A robot drives 25 m that nobody measured, is taken to have driven straight on, and then 30 m that it knows well. A
+// recall at the end shows that it has turned by 0.8 rad: spread over the unmeasured way, that has moved the robot aside.
+TEST(ConstraintWeights, LetARecallSayWhereAnUnmeasuredTurnHasLed) {
+  const double turn = 0.8;
+  const double length = 25.0;
+  const MapPose turned{length * std::sin(turn) / turn, length * (1.0 - std::cos(turn)) / turn, 0.0, turn,
+                       0.0};
+  PoseGraph graph(1e3);
+  for (int i = 0; i < 3; ++i) graph.addNode(MapPose{});
+  graph.nodes()[1] = {length, 0.0, 0.0, 0.0, 0.0};
+  graph.nodes()[2] = {length + 30.0, 0.0, 0.0, 0.0, 0.0};
+  Constraint unmeasured;
+  unmeasured.to = 1;
+  unmeasured.measured = {length, 0.0, 0.0, 0.0};
+  weigh(unmeasured, wanderedCovariance(length, 0.4));
+  Constraint driven;
+  driven.from = 1;
+  driven.to = 2;
+  driven.measured = {30.0, 0.0, 0.0, 0.0};
+  driven.xy_weight *= 10.0;
+  driven.yaw_weight = 10.0;
+  Constraint recall;  // of the way it faces
+  recall.to = 2;
+  recall.recall = true;
+  recall.measured = {0.0, 0.0, 0.0, turn};
+  recall.xy_weight *= 1e-6;
+  recall.yaw_weight = 1e3;
+  for (const Constraint& constraint : {unmeasured, driven, recall}) graph.addConstraint(constraint);
+  PoseGraphSolver solver(false, false, 1e-9);
+  while (!solver.complete(graph)) solver.advance(graph, 1000000);
+  const MapPose& found = graph.nodes()[1];
+  EXPECT_NEAR(found.yaw, turn, 0.2 * turn);
+  EXPECT_NEAR(found.y, turned.y, 0.2 * turned.y);  // a graph that knows of no such tie leaves it at 0
 }
 
 TEST(PoseGraph, RefusesConstraintsThatJoinNothing) {

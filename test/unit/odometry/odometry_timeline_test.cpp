@@ -203,16 +203,45 @@ TEST(OdometryTimeline, ALateSampleIsLeftOutAndAnAbsurdCovarianceNotUsed) {
   negative(0, 0) = -1.0;
   TwistCovariance skewed = TwistCovariance::Identity();
   skewed(0, 5) = 0.5;
+  TwistCovariance beyond = TwistCovariance::Identity();  // no two errors are tied closer than being the same
+  beyond(0, 5) = beyond(5, 0) = 2.0;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   double t = 1.0;
-  for (const TwistCovariance& absurd : {negative, skewed, TwistCovariance(1e12 * TwistCovariance::Identity()),
-                                        TwistCovariance(nan * TwistCovariance::Identity())}) {
+  for (const TwistCovariance& absurd :
+       {negative, skewed, beyond, TwistCovariance(1e12 * TwistCovariance::Identity()),
+        TwistCovariance(nan * TwistCovariance::Identity())}) {
     OdometrySample sample = twist(t += 0.5, 1.0, 0.0);
     sample.covariance = absurd;
     EXPECT_EQ(timeline.push(sample), SampleVerdict::kAccepted);
     EXPECT_NE(whyAbsurd(absurd), "");
   }
   for (const TimedStep& timed : timeline.advanceTo(4 * kSecond)) EXPECT_FALSE(timed.step.covariance);
+}
+
+// A visual odometry bridges a gap, then finds its place anew: the pose is put right by 15 m, told as a correction later.
+TEST(OdometryTimeline, ASourceThatSaysItsUnitPutsItsPoseRightWithoutANewUnit) {
+  const auto seen = [](double t, double x) {
+    OdometrySample sample = posed(t, x, 0.0, 0.0, 0.0);
+    sample.speed = 4.0;
+    sample.covariance = 0.01 * TwistCovariance::Identity();
+    sample.unit = UnitOfLength{};
+    return sample;
+  };
+  for (const bool says_its_unit : {true, false}) {
+    OdometryTimeline timeline(true);
+    std::vector<OdometrySample> samples{seen(0.0, 0.0), seen(0.1, 0.4), seen(0.2, -14.2), seen(0.3, -13.8)};
+    for (OdometrySample& sample : samples) {
+      if (!says_its_unit) sample.unit.reset();
+      timeline.push(sample);
+    }
+    const auto steps = timeline.advanceTo(kSecond * 3 / 10);
+    ASSERT_EQ(steps.size(), 3U);
+    EXPECT_NEAR(steps[1].step.forward, 0.4, 1e-9);
+    EXPECT_EQ(steps[1].step.new_unit, !says_its_unit);
+    EXPECT_EQ(timeline.unmeasured(), says_its_unit ? 0U : 1U);
+    ASSERT_TRUE(steps[1].step.covariance);
+    EXPECT_EQ((*steps[1].step.covariance)(0, 0) < 0.001, says_its_unit);
+  }
 }
 
 TEST(OdometryTimeline, AttitudeIsThatOfThePose) {

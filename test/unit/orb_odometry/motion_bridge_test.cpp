@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "ratslam/common/angles.h"
 #include "ratslam/common/state.h"
 #include "ratslam/odometry/orb/map_initialiser.h"
@@ -27,6 +29,32 @@ MotionHistory straightBefore() {
   MotionHistory history(1.0);
   for (int i = -20; i <= 0; ++i) history.add(stampFromSeconds(kFrame * i), twistOf(0.0));
   return history;
+}
+
+TEST(MotionHistory, ATurnThatWandersMovesTheEndOfTheWayAside) {
+  constexpr double kLength = 20.0;
+  constexpr double kDeviation = 0.3;
+  constexpr int kSteps = 50;
+  constexpr int kTrials = 4000;
+  std::mt19937 random(3);
+  std::normal_distribution<double> turns(0.0, kDeviation / std::sqrt(kSteps));
+  double aside_squared = 0.0;
+  double together = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    double turned = 0.0;
+    double aside = 0.0;
+    for (int step = 0; step < kSteps; ++step) {
+      turned += turns(random);
+      aside += kLength / kSteps * std::sin(turned);  // to the right, about the axis that points down
+    }
+    aside_squared += aside * aside / kTrials;
+    together += aside * turned / kTrials;
+  }
+  const Matrix6 covariance = MotionHistory::spread({0.0, 0.0, kLength}, 0.0, kDeviation * kDeviation);
+  EXPECT_NEAR(covariance(0, 4), together, 0.1 * together);
+  EXPECT_EQ(covariance(4, 0), covariance(0, 4));
+  EXPECT_NEAR(covariance(0, 0), aside_squared, 0.2 * aside_squared);
+  EXPECT_EQ(covariance.llt().info(), Eigen::Success);
 }
 
 class GapBeforeATurn : public testing::Test {

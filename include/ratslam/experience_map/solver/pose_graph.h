@@ -4,15 +4,18 @@
 /// of node `from`. Its displacement m is in the odometry's unit if odometry measured it, else in the map's.
 /// The weighted residuals of a constraint from i to j are:
 ///
-///     r_xy     = W_xy (R(facing_i)^T (p_j - p_i) - exp(lambda_i) m_ij)
-///     r_facing = w_r wrap(facing_j - facing_i - facing_ij)
+///     e_facing = wrap(facing_j - facing_i - facing_ij)
+///     r_xy     = W_xy (R(facing_i)^T (p_j - p_i) - exp(lambda_i) m_ij - g e_facing)
+///     r_facing = w_r e_facing
 ///     r_lambda = w_s (lambda_j - kept lambda_i)               only where the odometry measured
 ///     r_z      = w_z (z_j - z_i - exp(lambda_i) dz_ij)
 ///
 /// The energy is the sum of their squares. Recalls, and odometry's later corrections of unmeasured stretches,
 /// pass through Cauchy's kernel c^2 log(1 + r^2 / c^2): so a wrong recall cannot fold the map, while a right one
-/// within the odometry's uncertainty still closes the loop. With unit weights, lambda = 0 and no z this is the
-/// energy of equation (6). Node 0 is fixed.
+/// within the odometry's uncertainty still closes the loop.
+/// g is the displacement that comes with an error of the facing: a robot that has turned further than was measured has
+/// also moved to that side. W_xy is the information of the place once the facing is known. With unit weights, g = 0,
+/// lambda = 0 and no z this is the energy of equation (6). Node 0 is fixed.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,9 +32,10 @@ struct Constraint {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
   RelativePose measured;
-  /// Square root of the information of (x, y), in the axes of `from`.
+  /// Square root of the information of (x, y) once the facing is known, in the axes of `from`.
   Eigen::Matrix2d xy_weight = Eigen::Matrix2d::Identity();
-  double yaw_weight = 1.0;  ///< 1 / standard deviation, like the next two
+  Eigen::Vector2d xy_by_yaw = Eigen::Vector2d::Zero();  ///< g [m/rad]
+  double yaw_weight = 1.0;                              ///< 1 / standard deviation, like the next two
   double scale_weight = 1.0;
   double z_weight = 1.0;
   double scale_kept = 1.0;  ///< factor from the log-scale of `from` to its part at `to`
@@ -49,6 +53,7 @@ struct Constraint {
     fields("to", to);
     fields("measured", measured);
     fields("xy_weight", xy_weight);
+    fields("xy_by_yaw", xy_by_yaw);
     fields("yaw_weight", yaw_weight);
     fields("scale_weight", scale_weight);
     fields("z_weight", z_weight);
@@ -64,6 +69,19 @@ struct Constraint {
 using NodeCovariance = Eigen::Matrix<double, 5, 5>;
 using Residual = Eigen::Matrix<double, 5, 1>;          ///< weighted: along, across, facing, log-scale, height
 using ResidualJacobian = Eigen::Matrix<double, 5, 5>;  ///< by (x, y, facing, log-scale, z) of a node
+
+/// Covariance of the measured (x, y, z, yaw) of a constraint, in the axes of `from`.
+Eigen::Matrix4d covarianceOf(const Constraint& constraint);
+
+/// The reverse: weights of a constraint whose (x, y, z, yaw) have this covariance. An error of the height is taken to
+/// be independent of the others. @param covariance  positive on its diagonal; where place and facing are said to be
+/// tied closer to each other than is possible, they are taken to be independent
+void weigh(Constraint& constraint, const Eigen::Matrix4d& covariance);
+
+/// The part of a node's covariance that is of (x, y, z, yaw), in that order.
+Eigen::Matrix4d poseCovariance(const NodeCovariance& covariance);
+/// Adds an independent error of (x, y, z, yaw).
+void addPoseCovariance(NodeCovariance& covariance, const Eigen::Matrix4d& pose);
 
 struct LinearisedConstraint {
   Residual residual;

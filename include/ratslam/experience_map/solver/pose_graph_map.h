@@ -82,7 +82,7 @@ class PoseGraphMap : public MapSolver {
   /// Covariance of the newest node, once the solver has reached an optimum.
   void takeCovariance();
   NodeCovariance carried(const Constraint& constraint, const NodeCovariance& covariance) const;
-  void setWeights(Constraint& constraint, const Eigen::Matrix2d& xy, double z, double yaw) const;
+  void setWeights(Constraint& constraint, const Eigen::Matrix4d& covariance) const;
   Constraint recallConstraint(std::uint32_t experience, double relative_rad,
                               const RecallGeometry* geometry) const;
   // Known ground (known_ground.cpp). The recalls are constraints that are not part of the graph.

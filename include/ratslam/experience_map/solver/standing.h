@@ -43,7 +43,4 @@ struct Prediction {
 /// Corrects the prediction by the pose that a recall measured (Kalman update). @param log_scale  of the place
 Standing stand(const Prediction& predicted, const UncertainPose& seen, double log_scale);
 
-/// Covariance (x, y, z, yaw) of a constraint with these weights.
-Eigen::Matrix4d covarianceOf(const Constraint& constraint);
-
 }  // namespace ratslam

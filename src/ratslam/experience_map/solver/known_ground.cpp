@@ -95,11 +95,8 @@ NodeCovariance PoseGraphMap::spreadBeside(const RobotPlace& robot, const Constra
   by_begin(4, 3) = scale * (robot.motion.pose.z - standing.at.z);
   by_begin(3, 3) = driven.scale_kept;
   NodeCovariance spread = by_begin * standing.covariance * by_begin.transpose();
-  const Eigen::Matrix4d own = covarianceOf(driven);
-  spread.topLeftCorner<2, 2>() += own.topLeftCorner<2, 2>();
-  spread(2, 2) += own(3, 3);
+  addPoseCovariance(spread, covarianceOf(driven));
   spread(3, 3) += 1.0 / (driven.scale_weight * driven.scale_weight);
-  spread(4, 4) += own(2, 2);
   if (!params_.exp_scale) {  // the scale is no unknown
     spread.row(3).setZero();
     spread.col(3).setZero();
@@ -152,9 +149,9 @@ UncertainPose PoseGraphMap::drivenWay(const RobotPlace& robot) const {
   driven.pose.x *= scale;
   driven.pose.y *= scale;
   driven.pose.z *= scale;
-  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(-at.yaw).toRotationMatrix();
-  driven.covariance.topLeftCorner<2, 2>() =
-      (turn * driven.covariance.topLeftCorner<2, 2>() * turn.transpose()).eval();
+  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-at.yaw).toRotationMatrix();
+  driven.covariance = (turn * driven.covariance * turn.transpose()).eval();
   return driven;
 }
 

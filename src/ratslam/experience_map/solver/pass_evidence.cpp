@@ -25,10 +25,7 @@ Constraint recallConstraintOf(std::uint32_t from, std::uint32_t to, const Uncert
   constraint.to = to;
   constraint.recall = true;
   constraint.measured = way.pose;
-  const Eigen::Matrix2d place = way.covariance.topLeftCorner<2, 2>();
-  constraint.xy_weight = place.llt().matrixL().solve(Eigen::Matrix2d::Identity());
-  constraint.z_weight = 1.0 / std::sqrt(way.covariance(2, 2));
-  constraint.yaw_weight = 1.0 / std::sqrt(way.covariance(3, 3));
+  weigh(constraint, way.covariance);
   return constraint;
 }
 

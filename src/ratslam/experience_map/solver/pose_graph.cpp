@@ -1,5 +1,6 @@
 #include "ratslam/experience_map/solver/pose_graph.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <stdexcept>
@@ -9,6 +10,8 @@
 
 namespace ratslam {
 namespace {
+
+constexpr int kPose[] = {0, 1, 4, 2};  // of (x, y, z, yaw) among (x, y, facing, log-scale, z)
 
 /// Displacement from one node to another in the axes of the first, and the scale of its measurement.
 struct Displacement {
@@ -33,12 +36,13 @@ Residual residualOf(const Constraint& constraint, const Displacement& d, const M
                     const MapPose& to) {
   const RelativePose& m = constraint.measured;
   const Eigen::Matrix2d& w = constraint.xy_weight;
-  const double ex = d.x - d.scale * m.x;
-  const double ey = d.y - d.scale * m.y;
+  const double turned = wrapAngle(to.yaw - from.yaw - m.yaw);
+  const double ex = d.x - d.scale * m.x - constraint.xy_by_yaw.x() * turned;
+  const double ey = d.y - d.scale * m.y - constraint.xy_by_yaw.y() * turned;
   Residual r;
   r[0] = w(0, 0) * ex + w(0, 1) * ey;
   r[1] = w(1, 0) * ex + w(1, 1) * ey;
-  r[2] = constraint.yaw_weight * wrapAngle(to.yaw - from.yaw - m.yaw);
+  r[2] = constraint.yaw_weight * turned;
   r[3] = constraint.recall
              ? 0.0
              : constraint.scale_weight * (to.log_scale - constraint.scale_kept * from.log_scale);
@@ -47,6 +51,49 @@ Residual residualOf(const Constraint& constraint, const Displacement& d, const M
 }
 
 }  // namespace
+
+Eigen::Matrix4d covarianceOf(const Constraint& constraint) {
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  const Eigen::Matrix2d& weight = constraint.xy_weight;
+  const double yaw = 1.0 / (constraint.yaw_weight * constraint.yaw_weight);
+  const Eigen::Vector2d& by_yaw = constraint.xy_by_yaw;
+  covariance.topLeftCorner<2, 2>() =
+      (weight.transpose() * weight).inverse() + yaw * by_yaw * by_yaw.transpose();
+  covariance.topRightCorner<2, 1>() = yaw * by_yaw;
+  covariance.bottomLeftCorner<1, 2>() = yaw * by_yaw.transpose();
+  covariance(2, 2) = 1.0 / (constraint.z_weight * constraint.z_weight);
+  covariance(3, 3) = yaw;
+  return covariance;
+}
+
+void weigh(Constraint& constraint, const Eigen::Matrix4d& covariance) {
+  const double yaw = covariance(3, 3);
+  const Eigen::Matrix2d xy = covariance.topLeftCorner<2, 2>();
+  const Eigen::Vector2d shared = covariance.topRightCorner<2, 1>();
+  Eigen::LLT<Eigen::Matrix2d> of_place(xy - shared * shared.transpose() / yaw);
+  constraint.xy_by_yaw = shared / yaw;
+  if (of_place.info() != Eigen::Success) {  // they claim to be told by each other more than can be
+    of_place.compute(xy);
+    constraint.xy_by_yaw.setZero();
+  }
+  constraint.xy_weight = of_place.matrixL().solve(Eigen::Matrix2d::Identity());
+  constraint.z_weight = 1.0 / std::sqrt(covariance(2, 2));
+  constraint.yaw_weight = 1.0 / std::sqrt(yaw);
+}
+
+Eigen::Matrix4d poseCovariance(const NodeCovariance& covariance) {
+  Eigen::Matrix4d pose;
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) pose(row, column) = covariance(kPose[row], kPose[column]);
+  }
+  return pose;
+}
+
+void addPoseCovariance(NodeCovariance& covariance, const Eigen::Matrix4d& pose) {
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) covariance(kPose[row], kPose[column]) += pose(row, column);
+  }
+}
 
 std::uint32_t PoseGraph::addNode(const MapPose& pose) {
   nodes_.push_back(pose);
@@ -81,7 +128,9 @@ LinearisedConstraint PoseGraph::linearise(const Constraint& constraint, const Ma
   const Eigen::Matrix2d by_place = constraint.xy_weight * to_axes;
   linear.by_to.topLeftCorner<2, 2>() = by_place;
   linear.by_from.topLeftCorner<2, 2>() = -by_place;
-  linear.by_from.block<2, 1>(0, 2) = constraint.xy_weight * Eigen::Vector2d(d.y, -d.x);
+  const Eigen::Vector2d& by_yaw = constraint.xy_by_yaw;
+  linear.by_to.block<2, 1>(0, 2) = -(constraint.xy_weight * by_yaw);
+  linear.by_from.block<2, 1>(0, 2) = constraint.xy_weight * (Eigen::Vector2d(d.y, -d.x) + by_yaw);
   linear.by_to(2, 2) = constraint.yaw_weight;
   linear.by_from(2, 2) = -constraint.yaw_weight;
   linear.by_to(4, 4) = constraint.z_weight;
@@ -108,14 +157,12 @@ NodeCovariance PoseGraph::propagate(const Constraint& constraint, const MapPose&
   by_from(1, 3) = dy;
   by_from(4, 3) = end.z - from.z;
   by_from(3, 3) = constraint.scale_kept;
-  const Eigen::Matrix2d turned = Eigen::Rotation2Dd(from.yaw).toRotationMatrix();
-  const Eigen::Matrix2d own = (constraint.xy_weight.transpose() * constraint.xy_weight).inverse();
+  Eigen::Matrix4d by_axes = Eigen::Matrix4d::Identity();
+  by_axes.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(from.yaw).toRotationMatrix();
+  const Eigen::Matrix4d own = by_axes * covarianceOf(constraint) * by_axes.transpose();
   NodeCovariance result = by_from * covariance * by_from.transpose();
-  result.topLeftCorner<2, 2>() += turned * own * turned.transpose();
-  const auto variance = [](double weight) { return 1.0 / (weight * weight); };
-  result(2, 2) += variance(constraint.yaw_weight);
-  result(3, 3) += variance(constraint.scale_weight);
-  result(4, 4) += variance(constraint.z_weight);
+  addPoseCovariance(result, own);
+  result(3, 3) += 1.0 / (constraint.scale_weight * constraint.scale_weight);
   return result;
 }
 

@@ -159,18 +159,16 @@ void PoseGraphMap::correct(ExperienceGraph& graph, const CorrectedWay& way) {
   whole.shortcut = true;
   whole.doubt = kCorrectionDoubt;
   whole.scale_weight = 0.0;
-  const Eigen::Matrix2d turned = Eigen::Rotation2Dd(way.before.yaw).toRotationMatrix();
-  setWeights(whole, turned * way.covariance.topLeftCorner<2, 2>() * turned.transpose(), way.covariance(2, 2),
-             way.covariance(3, 3));
+  Eigen::Matrix4d turned = Eigen::Matrix4d::Identity();
+  turned.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(way.before.yaw).toRotationMatrix();
+  setWeights(whole, turned * way.covariance * turned.transpose());
   pose_graph_.addConstraint(whole);
 }
 
-void PoseGraphMap::setWeights(Constraint& constraint, const Eigen::Matrix2d& xy, double z, double yaw) const {
-  const double least = kLeastError * spread_.place();
-  const Eigen::Matrix2d bounded = xy + least * least * Eigen::Matrix2d::Identity();
-  constraint.xy_weight = bounded.llt().matrixL().solve(Eigen::Matrix2d::Identity());
-  constraint.z_weight = 1.0 / std::sqrt(z + least * least);
-  constraint.yaw_weight = 1.0 / std::sqrt(yaw + kLeastTurnError * kLeastTurnError);
+void PoseGraphMap::setWeights(Constraint& constraint, const Eigen::Matrix4d& covariance) const {
+  const double least = square(kLeastError * spread_.place());
+  const Eigen::Vector4d bounds(least, least, least, square(kLeastTurnError));
+  weigh(constraint, covariance + Eigen::Matrix4d(bounds.asDiagonal()));
 }
 
 std::uint32_t PoseGraphMap::extendChain(const RobotPlace& robot) {
@@ -186,13 +184,7 @@ std::uint32_t PoseGraphMap::extendChain(const RobotPlace& robot) {
 
 std::optional<Eigen::Matrix4d> PoseGraphMap::covariance(const RobotPlace& robot) const {
   if (nodes_.empty()) return std::nullopt;
-  const NodeCovariance all = carried(chainConstraint(robot), newest_covariance_);
-  const int parts[] = {0, 1, 4, 2};
-  Eigen::Matrix4d covariance;
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column) covariance(row, column) = all(parts[row], parts[column]);
-  }
-  return covariance;
+  return poseCovariance(carried(chainConstraint(robot), newest_covariance_));
 }
 
 NodeCovariance PoseGraphMap::carried(const Constraint& constraint, const NodeCovariance& covariance) const {
@@ -224,7 +216,7 @@ Constraint PoseGraphMap::chainConstraint(const RobotPlace& robot) const {
   const Standing& standing = robot.standing;
   if (!standing.beside || robot.lost) return chain;
   const NodeCovariance spread = spreadBeside(robot, chain);
-  setWeights(chain, spread.topLeftCorner<2, 2>(), spread(4, 4), spread(2, 2));
+  setWeights(chain, poseCovariance(spread));
   chain.scale_weight = 1.0 / std::sqrt(1.0 / square(chain.scale_weight) + standing.covariance(3, 3) +
                                        square(standing.log_unit));
   return chain;
@@ -252,12 +244,10 @@ Constraint PoseGraphMap::drivenConstraint(const RobotPlace& robot) const {
     const auto variance = [&](double shared_error) {
       return place * place * (square(params_.exp_odometry_sigma) * unsaid + square(shared_error) * shared);
     };
-    setWeights(
-        chain,
-        error.covariance.topLeftCorner<2, 2>() + variance(kSharedPlaceError) * Eigen::Matrix2d::Identity(),
-        error.covariance(2, 2) + variance(kSharedHeightError),
-        error.covariance(3, 3) + square(params_.exp_rotation_sigma) * unsaid +
-            square(kSharedTurnError) * shared);
+    const Eigen::Vector4d beyond(
+        variance(kSharedPlaceError), variance(kSharedPlaceError), variance(kSharedHeightError),
+        square(params_.exp_rotation_sigma) * unsaid + square(kSharedTurnError) * shared);
+    setWeights(chain, error.covariance + Eigen::Matrix4d(beyond.asDiagonal()));
   }
   chain.scale_kept = error.scale_kept;
   const double unsaid_way = std::max(robot.motion.length - error.said_scale_length, 0.0);

@@ -29,13 +29,4 @@ Standing stand(const Prediction& predicted, const UncertainPose& seen, double lo
   return standing;
 }
 
-Eigen::Matrix4d covarianceOf(const Constraint& constraint) {
-  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
-  const Eigen::Matrix2d& weight = constraint.xy_weight;
-  covariance.topLeftCorner<2, 2>() = (weight.transpose() * weight).inverse();
-  covariance(2, 2) = 1.0 / (constraint.z_weight * constraint.z_weight);
-  covariance(3, 3) = 1.0 / (constraint.yaw_weight * constraint.yaw_weight);
-  return covariance;
-}
-
 }  // namespace ratslam

@@ -77,9 +77,14 @@ Matrix6 MotionHistory::spread(const Eigen::Vector3d& way, double speed_variance,
   const double across = square * (kSideways * kSideways + turn_variance / 3.0);
   const Eigen::Vector3d ahead =
       way.norm() > 1e-9 ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d turning = turn_variance * Eigen::Vector3d(kTilting, 1.0, kTilting);
+  // A turn that is spread over the way moves its end aside by half of it.
+  const Eigen::Matrix3d aside = -0.5 * skew(way);
   covariance.topLeftCorner<3, 3>() =
       across * Eigen::Matrix3d::Identity() + speed_variance * ahead * ahead.transpose();
-  covariance.diagonal().tail<3>() = turn_variance * Eigen::Vector3d(kTilting, 1.0, kTilting);
+  covariance.topRightCorner<3, 3>() = aside * turning.asDiagonal();
+  covariance.bottomLeftCorner<3, 3>() = covariance.topRightCorner<3, 3>().transpose();
+  covariance.diagonal().tail<3>() = turning;
   return covariance;
 }
 
