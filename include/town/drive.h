@@ -25,10 +25,9 @@ struct Drive {
   std::vector<std::vector<RoadPoint>> roads;  ///< the driven road first
 };
 
-/// A drive through a grid of blocks, at 10 Hz and 5 to 11.5 m/s, that never ends: it repeats a circuit of 14
-/// streets. Within its first 600 frames it comes three times to a street it knows in the same direction (each
-/// time after having left the known path), and once in the opposite direction. The roads do not depend on the
-/// number of frames.
+/// A drive through a grid of blocks, at 10 Hz and 5 to 11.5 m/s. It repeats a circuit of 14 streets without end. Within
+/// its first 600 frames it returns three times to a known street in the same direction (each time after it has left the
+/// known path), and once in the opposite direction. The roads do not depend on the number of frames.
 /// @throws std::invalid_argument for less than one frame.
 Drive planTownDrive(int frames);
 
@@ -39,10 +38,9 @@ Drive planTownDrive(int frames);
 /// where times do not increase.
 Drive loadDrive(const std::string& poses_file, const std::string& times_file, int frames);
 
-/// Puts the camera of a recorded drive at its height above the town's road. Where a drive comes back to a
-/// place, recorded heights disagree with each other by up to metres while the town has one road only; the
-/// camera follows that road and keeps what it moves up and down over less than some 10 m of way. Places and
-/// rotations stay.
+/// Puts the camera of a recorded drive at its height above the town's road. When a drive returns to a place, the recorded
+/// heights can differ by metres, but the town has only one road. The camera follows that road, and keeps the vertical
+/// motion over distances of less than about 10 m. Horizontal positions and rotations do not change.
 void settleOnRoad(Drive& drive, const RoadField& roads);
 
 }  // namespace ratslam

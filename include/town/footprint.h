@@ -1,5 +1,4 @@
-/// Ground that is taken: upright boxes seen from above, and a quick test whether a new one would overlap them
-/// (separating axes).
+/// Occupied ground: upright boxes seen from above, and a fast test whether a new one would overlap them (separating axes).
 #pragma once
 
 #include <cstdint>

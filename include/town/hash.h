@@ -32,7 +32,7 @@ constexpr double normalFromHash(std::uint64_t hash) {
   return (static_cast<double>(sum) - 131070.0) * (1.7320508075688772 / 65536.0);
 }
 
-/// A sequence of random numbers that belongs to one thing of the town.
+/// A sequence of random numbers for one object of the town.
 class HashStream {
  public:
   explicit constexpr HashStream(std::uint64_t seed) : state_(mixBits(seed)) {}

@@ -7,7 +7,7 @@
 
 namespace ratslam {
 
-/// How to make the picture of a distorted camera out of that of an ideal one.
+/// Conversion of the picture of an ideal camera to that of a distorted one.
 struct LensMap {
   TownCamera ideal;      ///< a pinhole that sees everything the distorted camera sees
   cv::Mat map_x, map_y;  ///< CV_32F, where in the ideal picture each pixel looks; empty without distortion

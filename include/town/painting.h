@@ -1,5 +1,4 @@
-/// What textures are painted with: a repeating canvas, value noise (summed over octaves), rectangles and
-/// discs.
+/// Tools for painting textures: a repeating canvas, value noise (summed over octaves), rectangles and discs.
 #pragma once
 
 #include <cstdint>

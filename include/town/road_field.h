@@ -1,5 +1,4 @@
-/// The streets of a town as a field over the ground plane: how far is the nearest road axis, how high is the
-/// ground.
+/// The streets of a town as a field over the ground plane: distance to the nearest road axis, and height of the ground.
 ///
 /// The road is everything within a fixed distance of a road axis, so crossings, and places where a drive
 /// comes back beside its earlier track, join by themselves, and whatever keeps its distance from all axes is

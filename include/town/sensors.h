@@ -31,7 +31,7 @@ cv::Mat expose(const cv::Mat& radiance, const Exposure& exposure, double sigma, 
 /// @return latitude, longitude [deg], height [m].
 Eigen::Vector3d geodeticFromEnu(const Eigen::Vector3d& origin, const Eigen::Vector3d& enu);
 
-/// What the other sensors say. World x is east, z north, -y up.
+/// Readings of the other sensors. World x is east, z north, -y up.
 class DriveSensors {
  public:
   /// @param drive must outlive the sensors.

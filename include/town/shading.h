@@ -1,4 +1,4 @@
-/// What colour a point of a surface, or of the sky, has in the image.
+/// Grey value of a point of a surface, or of the sky, in the image.
 ///
 /// Surfaces: texture under an anisotropic filter (several trilinear samples along the longer axis of the
 /// pixel's footprint, after McCormack et al., "Feline", SIGGRAPH 1999), times light, times stains, seen

@@ -1,4 +1,4 @@
-/// Where the frames of a synthetic drive go: the seam between rendering and file formats.
+/// Interface between rendering and file formats: a sink receives the frames of a synthetic drive.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -29,7 +29,7 @@ struct ImuSample {
   Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  ///< in camera axes [rad/s]
 };
 
-/// Everything that a drive gives at the time of one image. Stamps count from the start of the drive.
+/// All data of a drive at the time of one image. Stamps count from the start of the drive.
 struct TownFrame {
   int index = 0;
   Stamp stamp = 0;

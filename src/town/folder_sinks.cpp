@@ -64,8 +64,7 @@ std::string fixed(double value, int decimals) {
   return out.str();
 }
 
-/// What Android states as a fix's accuracy: the radius that holds 68 % of a round Gaussian; 0 would say that
-/// it is not known.
+/// Accuracy of a fix by Android's definition: the radius that contains 68 % of a round Gaussian. 0 would mean unknown.
 double statedAccuracy(double sigma) { return std::max(1.5096 * sigma, 0.01); }
 
 void writeImage(const fs::path& path, const cv::Mat& image, int jpeg_quality) {

@@ -88,8 +88,8 @@ class GroundBuilder {
     const Cut beyond = cut(triangle, kRoadHalfWidth, true);
     addPolygon(cut(beyond.part, kPavementEdge, false).part, pavement_, 4.0, kKerbHeight);
     addPolygon(cut(beyond.part, kPavementEdge, true).part, open_, 6.4, kKerbHeight);
-    // Round the part beyond the kerb counter-clockwise, it is on the left: who stands on the road sees the
-    // place where the outline enters on the right.
+    // Counter-clockwise around the part beyond the kerb, that part is on the left. So seen from the road, the outline
+    // enters it on the right.
     if (beyond.leaves && beyond.enters) addKerb(*beyond.leaves, *beyond.enters);
   }
 

@@ -1,8 +1,8 @@
-/// Arithmetic on rows of pose cells, compiled for several instruction sets and chosen at run time.
+/// Arithmetic on rows of pose cells. It is compiled for several instruction sets, one of which is selected at run time.
 ///
-/// Every level gives the same bits: only independent cells share a vector, multiplication and addition are
-/// not fused, and a sum over cells always has eight partial sums (column modulo 8), whatever the width of a
-/// register. Widths are multiples of kRowQuantum; rows are padded to that.
+/// Every level gives the same bits: a vector holds only independent cells, multiplication and addition are not fused,
+/// and a sum over cells always has eight partial sums (column modulo 8), for any width of a register. Widths are
+/// multiples of kRowQuantum; rows are padded to that.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ struct RowSet {
   const std::ptrdiff_t* offsets = nullptr;
 };
 
-/// Largest values of a layer, and of those before it, by column (padded) and by row; each row has kRowQuantum
-/// of them, the columns modulo that.
+/// Largest values of this layer and of those before it, by column (padded) and by row. Each row has kRowQuantum values,
+/// one for each remainder of the column.
 struct Maxima {
   double* columns = nullptr;
   double* rows = nullptr;
@@ -41,11 +41,11 @@ struct RowKernels {
   void (*copy)(RowSet<const double> in, RowSet<double> out, int rows, const RowSegment* segments,
                int n_segments);
 
-  /// weights[0] times a cell and weights[1] times the cell `other` away, for the segments of `rows` rows.
+  /// Weighted sum of a cell (weights[0]) and the cell at distance `other` (weights[1]), for the segments of `rows` rows.
   using Blend = void (*)(RowSet<const double> in, std::ptrdiff_t other, const double* weights,
                          RowSet<double> out, int rows, const RowSegment* segments, int n_segments);
   Blend blend;
-  Blend addBlend;  ///< adds it to what is there
+  Blend addBlend;  ///< adds the sum to the output
 
   /// out[r][x] = sum over t = -radius..radius of weights[|t|] taps[t + radius][r][x].
   void (*convolve)(const double* const* taps, std::ptrdiff_t in_stride, double* out,
@@ -59,9 +59,8 @@ struct RowKernels {
   /// Updates `maxima` with a layer. @return its largest value, at least 0.
   double (*findMaxima)(const double* in, int rows, int width, Maxima maxima);
 
-  /// cells <- max(0, excited - cells - global) where `keep` (all bits set or none, per column) says so, else
-  /// 0. `sums` (kRowQuantum of them) grow by the result, `maxima` are updated with it. @return its largest
-  /// value.
+  /// cells <- max(0, excited - cells - global) in the columns of `keep` (all bits set or none, per column), else 0.
+  /// Adds the result to `sums` (kRowQuantum of them), and updates `maxima`. @return its largest value.
   double (*inhibit)(const double* excited, std::ptrdiff_t excited_stride, double* cells, int rows, int width,
                     double global, const long long* keep, double* sums, Maxima maxima);
 
@@ -69,8 +68,8 @@ struct RowKernels {
   double (*maximum)(const double* in, std::ptrdiff_t count);
 };
 
-/// Those of AVX2 and AVX-512, and for every other level what all machines of the architecture have.
-/// @throws std::invalid_argument where this processor lacks the level.
+/// The kernels of a level: those of AVX-512 or AVX2, and for all other levels those of the basic instruction set.
+/// @throws std::invalid_argument if this processor lacks the level.
 const RowKernels& rowKernels(SimdLevel level);
 
 }  // namespace ratslam

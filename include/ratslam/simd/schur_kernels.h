@@ -1,22 +1,22 @@
-/// The inner loop of bundle adjustment, compiled for several instruction sets and chosen at run time: points
-/// leave the normal equations (Schur complement), and what they knew goes to the poses that saw them.
-/// Products are not fused: every level gives the same bits.
+/// The inner loop of bundle adjustment: elimination of points from the normal equations (Schur complement). It is compiled
+/// for several instruction sets, one of which is selected at run time. Products are not fused, so every level gives the
+/// same bits.
 #pragma once
 
 #include "ratslam/simd/simd_level.h"
 
 namespace ratslam {
 
-/// Six rows of a pose's equations and two zeros, so that a column fills whole registers.
+/// Six rows of a pose's equations and two rows of zeros, so that a column fills whole registers.
 constexpr int kSchurRows = 8;
 
-/// A block of two poses' equations, column by column; the gradient counts on the diagonal only.
+/// A block of two poses' equations, column by column. The gradient is used on the diagonal only.
 struct PoseEquations {
   double hessian[6][kSchurRows] = {};
   double gradient[kSchurRows] = {};
 };
 
-/// A free pose's view of a point.
+/// Observation of a point from a free pose.
 struct FreeView {
   int pose = 0;
   double coupling[3][kSchurRows] = {};  ///< of pose (rows) and point (columns), column by column
@@ -35,8 +35,8 @@ struct SchurKernels {
                          PoseEquations* equations);
 };
 
-/// Those of AVX-512 or AVX2, and for every other level what all machines of the architecture have.
-/// @throws std::invalid_argument where this processor lacks the level.
+/// The kernels of a level: those of AVX-512 or AVX2, and for all other levels those of the basic instruction set.
+/// @throws std::invalid_argument if this processor lacks the level.
 const SchurKernels& schurKernels(SimdLevel level = bestSimdLevel());
 
 }  // namespace ratslam

@@ -1,4 +1,4 @@
-/// Instruction sets that vectorised code chooses from at run time. All of them give the same results.
+/// Instruction sets of the vectorised code, selected at run time. All of them give the same results.
 #pragma once
 
 #include <vector>
@@ -7,10 +7,10 @@ namespace ratslam {
 
 enum class SimdLevel { kScalar, kSse2, kAvx2, kAvx512, kNeon };
 
-/// What this processor can run, slowest first; kScalar always.
+/// The levels of this processor, slowest first; always with kScalar.
 std::vector<SimdLevel> availableSimdLevels();
 
-/// The fastest level that this processor can run.
+/// The fastest level of this processor.
 inline SimdLevel bestSimdLevel() { return availableSimdLevels().back(); }
 
 }  // namespace ratslam

@@ -1,12 +1,12 @@
-/// Sine and cosine with the same bits everywhere: on every processor, at every instruction set, with every
-/// C library, one angle at a time or many together.
+/// Sine and cosine with the same bits on every processor, at every instruction set, with every C library, for one angle or
+/// many.
 ///
-/// Only additions, multiplications and operations on bits, each rounded as IEEE 754 says. An angle is reduced
-/// to the nearest multiple of pi/2 with pi/2 in three parts (Cody & Waite, "Software Manual for the
-/// Elementary Functions"), what is left to [-pi/4, pi/4] and a rounding error; there the Taylor series is
-/// summed up to the 17th power, whose remainder is below 2^-60. The result is less than 0.8 units in the last
-/// place from the true one. Angles beyond kLargestReducedAngle, infinite and undefined ones are left to the C
-/// library.
+/// The functions use only additions, multiplications and operations on bits, rounded according to IEEE 754. Steps:
+///  1. Reduce the angle by the nearest multiple of pi/2, with pi/2 in three parts (Cody & Waite, "Software Manual for
+///     the Elementary Functions"). The rest is in [-pi/4, pi/4], with a rounding error that is kept.
+///  2. Sum the Taylor series up to the 17th power. Its remainder is below 2^-60.
+/// The error of the result is less than 0.8 units in the last place. Angles beyond kLargestReducedAngle, infinite and
+/// undefined ones are passed to the C library.
 #pragma once
 
 #include <cstddef>
@@ -24,10 +24,10 @@ struct SineCosine {
 
 SineCosine sineCosine(double angle_rad);
 
-/// Of `count` angles.
+/// Sines and cosines of `count` angles.
 using SinesCosines = void (*)(const double* angles_rad, std::size_t count, double* sines, double* cosines);
 
-/// @throws std::invalid_argument where this processor lacks the level.
+/// @throws std::invalid_argument if this processor lacks the level.
 SinesCosines sinesCosinesFor(SimdLevel level);
 
 }  // namespace ratslam

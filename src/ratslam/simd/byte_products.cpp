@@ -74,7 +74,7 @@ __attribute__((target("avx2"))) void productsAvx2(const std::uint8_t* vectors, s
   }
 }
 
-/// 64 products of bytes an instruction: the vectors' bytes without a sign, the bias taken off at the end.
+/// 64 products of bytes per instruction. The vectors' bytes are unsigned, and the bias is subtracted at the end.
 template <std::size_t kQueries>
 __attribute__((target("avx512f,avx512bw,avx512vnni"))) void someVnni(const std::uint8_t* vectors,
                                                                      std::size_t count, std::size_t length,

@@ -26,7 +26,7 @@ inline bool anySet(Bytes value) {
   return all != 0;
 }
 
-/// Calls operation(x) for vectors that cover `count` elements; the last may overlap the one before.
+/// Calls operation(x) for vectors that cover `count` elements. The last one may overlap the one before.
 template <class Operation>
 inline void eachVector(int count, Operation operation) {
   int x = 0;
@@ -34,8 +34,8 @@ inline void eachVector(int count, Operation operation) {
   if (x < count) operation(count - kLanes);
 }
 
-/// Most extreme (Most) over the sixteen arcs of nine pixels of what all on the arc reach (Least). Two
-/// neighbouring arcs share eight pixels, so each run of eight that begins at an even pixel serves two arcs.
+/// Over the sixteen arcs of nine pixels, the extreme (Most) of the value that all pixels of an arc reach (Least). Two
+/// neighbouring arcs share eight pixels, so each run of eight that begins at an even pixel is used for two arcs.
 template <class Least, class Most>
 inline Bytes bestArc(const Bytes (&circle)[16]) {
   Bytes two[8];
@@ -63,7 +63,7 @@ void cornerScores(const std::uint8_t* row, std::ptrdiff_t stride, int count, int
   eachVector(count, [&](int x) RATSLAM_LAMBDA {
     const std::uint8_t* at = row + x;
     const Bytes centre = load(at);
-    // Nine in a row hold two neighbours of the four at the compass points: a quick no for flat regions.
+    // Nine consecutive pixels contain two neighbours of the four compass points. This test rejects flat regions quickly.
     const Bytes top = load(at + offsets[0]);
     const Bytes right = load(at + offsets[4]);
     const Bytes bottom = load(at + offsets[8]);
@@ -122,7 +122,7 @@ void smoothRow(const std::uint8_t* row, int count, std::uint8_t* out) {
   }
 }
 
-/// Bytes of a row of 32 px around a corner that lie in the disc: all bits set or none.
+/// Mask of the bytes of a row of 32 px around a corner that lie in the disc: all bits set or none.
 struct DiscMask {
   std::uint8_t row[kDiscRadius + 1][32];
 };
@@ -140,7 +140,7 @@ constexpr DiscMask makeDiscMask() {
 constexpr DiscMask kDisc = makeDiscMask();
 
 DiscMoments discMoments(const std::uint8_t* centre, std::ptrdiff_t stride) {
-  // Sums by column; rows above and below are taken in pairs, so that 16 bits hold them.
+  // Sums by column. Rows above and below are added in pairs, so that 16 bits are enough.
   std::int16_t column[32];
   std::int16_t moment[32];
   for (int u = 0; u < 32; ++u) {
@@ -189,7 +189,7 @@ inline int countBits(std::uint64_t word) {
 #if RATSLAM_REGISTER_BYTES > 16 || !defined(__x86_64__)
   return __builtin_popcountll(word);
 #else
-  // Without an instruction for it: sums of bits in fields that grow.
+  // Without an instruction for it, sum the bits in larger and larger fields.
   word -= (word >> 1) & 0x5555555555555555U;
   word = (word & 0x3333333333333333U) + ((word >> 2) & 0x3333333333333333U);
   word = (word + (word >> 4)) & 0x0f0f0f0f0f0f0f0fU;

@@ -5,7 +5,7 @@ RATSLAM_BEGIN_TARGET("avx512f,avx512bw")
 
 #define RATSLAM_REGISTER_BYTES 64
 #define RATSLAM_LAMBDA RATSLAM_LAMBDA_TARGET("avx512f,avx512bw")
-#define RATSLAM_FEATURES_OF_NARROWER_LEVEL  // they were no faster with wider registers
+#define RATSLAM_FEATURES_OF_NARROWER_LEVEL  // wider registers are no faster for them
 
 namespace ratslam {
 namespace {

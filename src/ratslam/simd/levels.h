@@ -1,9 +1,9 @@
-/// One table of all kernels an instruction set, the choice among them, and the marks that compile a part of a
+/// A table of all kernels for each instruction set, the selection among them, and the macros that compile a part of a
 /// source for another instruction set than the rest of the program.
 ///
-/// The kernels' bodies (*_body.h) are compiled once a level. Nothing of a level may be shared with the rest of the
-/// program by the linker, or an old processor could come to run it: bodies lie in unnamed namespaces, after all
-/// standard headers, and vectors do not cross the borders of functions that are not inlined.
+/// The kernels' bodies (*_body.h) are compiled once per level. The linker must not share any function of a level with the
+/// rest of the program, because an old processor could then execute it. So bodies are in unnamed namespaces, after all
+/// standard headers, and functions that are not inlined have no vectors as arguments.
 #pragma once
 
 #if defined(__x86_64__)
@@ -25,7 +25,7 @@
 
 #define RATSLAM_PRAGMA(text) _Pragma(#text)
 #if defined(__clang__)
-// Clang passes over GCC's pragma and has one of its own, which does not reach lambdas: they need a mark each.
+// Clang ignores GCC's pragma. Its own does not apply to lambdas, so each of them needs a macro.
 #define RATSLAM_BEGIN_TARGET(features) \
   RATSLAM_PRAGMA(clang attribute push(__attribute__((target(features))), apply_to = function))
 #define RATSLAM_END_TARGET RATSLAM_PRAGMA(clang attribute pop)
@@ -45,10 +45,10 @@ struct Kernels {
   const RowKernels* rows;
   SinesCosines sines_cosines;
   SmallestSads smallest_sads;
-  SlidingSads sliding_sads;  ///< null where smallest_sads does it as fast
+  SlidingSads sliding_sads;  ///< null if smallest_sads is as fast
 };
 
-/// What all machines of the architecture have, and the same with sums of absolute differences in plain C++.
+/// The kernels of the basic instruction set, and the same with sums of absolute differences in plain C++.
 Kernels kernelsOfArchitecture();
 Kernels kernelsScalar();
 #if defined(__x86_64__)
@@ -56,7 +56,7 @@ Kernels kernelsAvx2();
 Kernels kernelsAvx512();
 #endif
 
-// The sums are written out for each instruction set.
+// The sums of absolute differences have their own code for each instruction set.
 void smallestSadsScalar(const std::uint8_t* groups, std::size_t group_count, const ShiftedViews& views,
                         std::uint32_t* smallest);
 void smallestSadsOfArchitecture(const std::uint8_t* groups, std::size_t group_count,
@@ -70,7 +70,7 @@ void slidingSadsAvx512(const std::uint8_t* groups, std::size_t group_count, cons
                        const std::vector<std::uint32_t>& view, std::uint32_t* smallest);
 #endif
 
-/// @throws std::invalid_argument where this processor lacks the level.
+/// @throws std::invalid_argument if this processor lacks the level.
 Kernels kernelsOf(SimdLevel level);
 
 }  // namespace ratslam

@@ -1,16 +1,16 @@
-/// The patch kernels, see level_body.h. Registers narrower than a row take it in parts.
+/// The patch kernels, see level_body.h. If registers are narrower than a row, it is processed in parts.
 
 typedef float Row __attribute__((vector_size(4 * kPatchColumns)));
 typedef float LooseRow __attribute__((vector_size(4 * kPatchColumns), aligned(4), may_alias));
 typedef std::int32_t Ints __attribute__((vector_size(4 * kPatchColumns)));
 
-// Vectors do not go by value, because their calling convention hangs on the instruction set; nor are rows in memory
-// handed on by reference, because clang then takes them for aligned.
+// Vectors are not passed by value, because their calling convention depends on the instruction set. Rows in memory are not
+// passed by reference, because clang then assumes that they are aligned.
 #define RATSLAM_ROW(values) (*reinterpret_cast<const LooseRow*>(values))
 inline void storeRow(const Row& row, float* values) { *reinterpret_cast<LooseRow*>(values) = row; }
 inline void loadGreys(const std::uint8_t* bytes, Row& row) {
 #if RATSLAM_REGISTER_BYTES == 64
-  constexpr __mmask16 kAll = 0xffff;  // without a mask GCC 12 takes its own header for faulty
+  constexpr __mmask16 kAll = 0xffff;  // without a mask GCC 12 warns about its own header
   const __m128i greys = _mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes));
   _mm512_storeu_ps(&row, _mm512_maskz_cvtepi32_ps(kAll, _mm512_maskz_cvtepu8_epi32(kAll, greys)));
 #elif RATSLAM_REGISTER_BYTES == 32

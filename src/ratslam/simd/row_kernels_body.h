@@ -29,10 +29,10 @@ inline void eachSegment(RowSet<const double> in, RowSet<double> out, int rows, c
   }
 }
 
-/// Two overlapping copies of `kCount` cells where a row has room for one, down to single cells.
+/// Copies fewer than 2 * kCount cells by two overlapping copies of kCount cells; for shorter rows with half of kCount.
 template <int kCount>
 inline void copyShort(const double* from, double* to, int count) {
-  // Not through a vector type: GCC 9 forgets the alignment of one whose size is a template's.
+  // Without a vector type, because GCC 9 loses the alignment of one whose size depends on a template parameter.
   if (count >= kCount) {
     double first[kCount];
     double last[kCount];
@@ -74,7 +74,7 @@ void blend(RowSet<const double> in, std::ptrdiff_t other, const double* weights,
               });
 }
 
-/// The radius is a constant where `kRadius` is not 0, which lets the compiler unroll.
+/// If `kRadius` is not 0, the radius is a constant and the compiler can unroll the loop.
 template <int kRadius>
 void convolveRows(const double* const* taps, std::ptrdiff_t in_stride, double* out, std::ptrdiff_t out_stride,
                   int rows, std::ptrdiff_t width, const double* weights, int any_radius) {

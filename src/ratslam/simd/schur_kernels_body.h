@@ -3,7 +3,7 @@
 typedef double Column __attribute__((vector_size(8 * kSchurRows)));
 typedef double LooseColumn __attribute__((vector_size(8 * kSchurRows), aligned(8), may_alias));
 
-// As with rows of patches: columns in memory are not handed on by reference, which clang takes for aligned.
+// Columns in memory are not passed by reference, because clang then assumes that they are aligned.
 #define RATSLAM_COLUMN(rows) (*reinterpret_cast<const LooseColumn*>(rows))
 inline void subtract(const Column& change, double* rows) { *reinterpret_cast<LooseColumn*>(rows) -= change; }
 

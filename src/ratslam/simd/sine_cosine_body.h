@@ -7,15 +7,15 @@ typedef double LooseDoubles __attribute__((vector_size(8 * kLanes), aligned(8), 
 typedef std::int64_t Words __attribute__((vector_size(8 * kLanes), may_alias));
 typedef std::int64_t LooseWords __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
 
-/// Clears `reduced` in lanes of angles beyond kLargestReducedAngle, whose results mean nothing. Through
-/// memory, because vectors as arguments are a matter of the target's calling convention.
+/// Clears `reduced` in lanes with angles beyond kLargestReducedAngle, whose results are invalid. Arguments are in memory,
+/// because the calling convention of vectors depends on the target.
 inline void sinesCosinesOfRegister(const double* angles, double* sines, double* cosines, Words& reduced) {
   // pi/2 in parts of 33, 33 and 53 bits: multiples of the first two are exact up to 2^20.
   constexpr double kTwoByPi = 0x1.45f306dc9c883p-1;
   constexpr double kHalfPi1 = 0x1.921fb544p+0;
   constexpr double kHalfPi2 = 0x1.0b4611a6p-34;
   constexpr double kHalfPi3 = 0x1.3198a2e037073p-69;
-  // Added to a small number, it leaves that number's nearest integer in the last bits.
+  // Adding it to a small number puts the nearest integer into the last bits.
   constexpr double kToInteger = 0x1.8p+52;
 
   const Doubles angle = *reinterpret_cast<const LooseDoubles*>(angles);
@@ -24,7 +24,7 @@ inline void sinesCosinesOfRegister(const double* angles, double* sines, double* 
   const Words quarter = reinterpret_cast<const Words&>(shifted);  // its last 2 bits
   const Doubles quarters = shifted - kToInteger;
 
-  // x + rest = angle - quarters * pi/2; `lost` is what the rounding of `most` lost.
+  // x + rest = angle - quarters * pi/2; `lost` is the rounding error of `most`.
   const Doubles first = angle - quarters * kHalfPi1;
   const Doubles second = quarters * kHalfPi2;
   const Doubles most = first - second;
