@@ -44,7 +44,7 @@ struct ScreenTriangle {
 constexpr double kNearPlane = 0.2;
 
 /// @param T_camera_world world to camera (x right, y down, z forward).
-/// @return nothing where it faces away or lies outside the image.
+/// @return none if it faces away or lies outside the image.
 std::optional<ScreenTriangle> projectTriangle(const MeshTriangle& triangle,
                                               const Eigen::Isometry3d& T_camera_world,
                                               const TownCamera& camera);

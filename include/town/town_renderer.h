@@ -33,7 +33,7 @@ class TownRenderer {
   /// 1/depth [1/m] of the nearest surface in each pixel of the ideal (undistorted) picture, CV_32F, 0 in the
   /// sky.
   cv::Mat renderInverseDepth(const Eigen::Isometry3d& T_world_camera) const;
-  /// The pinhole camera of the ideal picture: the camera itself where it has no distortion.
+  /// The pinhole camera of the ideal picture: the camera itself if it has no distortion.
   const TownCamera& idealCamera() const { return lens_.ideal; }
 
  private:

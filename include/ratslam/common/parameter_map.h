@@ -35,8 +35,7 @@ class ParameterMap {
 
   /// Sets a value. OpenRatSLAM's spelling vt_patch_normalisation is stored as vt_patch_normalise.
   void set(const std::string& key, ParameterValue value);
-  /// Sets a value by "key=value". @param origin  where it was written @throws std::invalid_argument if the text has
-  /// another form
+  /// Sets a value by "key=value". @param origin  of the text. @throws std::invalid_argument if it has another form
   void setFromAssignment(const std::string& assignment, const std::string& origin = "the command line");
 
   bool has(const std::string& key) const { return values_.count(key) != 0; }

@@ -13,7 +13,7 @@ enum class SampleVerdict;
 /// be used. The covariance of the twist is not checked here: an unusable one counts as unknown.
 std::string whyImpossible(const OdometrySample& sample);
 
-/// Why a timeline has dropped a sample, as a sentence without its subject; empty where it has not.
+/// Why a timeline has dropped a sample, as a sentence without its subject; empty if it has not.
 std::string whyDropped(SampleVerdict verdict, const OdometrySample& sample);
 
 }  // namespace ratslam

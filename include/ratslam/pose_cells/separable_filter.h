@@ -22,7 +22,7 @@ namespace ratslam {
 /// standard deviation [cells].
 std::vector<double> halfGaussian(int dim, double width);
 
-/// Layers of rows in memory that belongs to somebody else.
+/// View of layers of rows in memory that it does not own.
 struct CellSource {
   const double* cells = nullptr;
   std::ptrdiff_t layer_stride = 0;

@@ -95,8 +95,8 @@ class Pipeline {
   const PoseCellStage& poseCells() const { return pose_cells_; }
   const ExperienceMap& map() const { return map_.map(); }
   const ModuleTimes& times() const { return times_; }
-  /// Samples of odometry that were not used, and what is wrong with the first of them; empty where it came before what
-  /// is loaded.
+  /// Number of samples of odometry that were dropped, and the reason for the first one; the reason is empty if that
+  /// sample was dropped before the loaded state was saved.
   std::size_t droppedOdometry() const { return dropped_odometry_; }
   const std::string& firstDrop() const { return first_drop_; }
   /// Number of views with a stamp a little before that of the view before.

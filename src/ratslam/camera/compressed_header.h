@@ -1,4 +1,4 @@
-/// What the headers of JPEG (ITU-T T.81) and PNG (ISO/IEC 15948) files say, read before any decoder sees them.
+/// Checks of the headers of JPEG (ITU-T T.81) and PNG (ISO/IEC 15948) files, before a decoder reads them.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@ struct CompressedHeader {
   std::uint32_t height = 0;
 };
 
-/// @throws BadImage where the bytes are neither a JPEG nor a PNG, or end before the size is told
+/// @throws BadImage if the bytes are neither a JPEG nor a PNG, or end before the size
 CompressedHeader readCompressedHeader(const std::uint8_t* data, std::size_t size);
 
-/// Decoders fill up what a truncated file lacks and report success.
-/// @throws BadImage where the data ends before the image does
+/// Checks that a file is complete, because decoders fill up truncated files and report success.
+/// @throws BadImage if the data end before the image does
 void requireWholeCompressed(const std::uint8_t* data, std::size_t size);
 
 }  // namespace ratslam

@@ -62,7 +62,7 @@ std::string inLine(const std::string& path, int line_from_0) {
   return line_from_0 < 0 ? path : path + ":" + std::to_string(line_from_0 + 1);
 }
 
-/// What rosparam, with YAML 1.1, takes for an octal number, and others for a decimal one.
+/// Whether rosparam, by YAML 1.1, may read a value as an octal number, while others read a decimal one.
 bool mayBeOctal(const YAML::Node& value) {
   const std::string& text = value.Scalar();
   const std::size_t zero = text.find_first_not_of("+-");
@@ -70,7 +70,7 @@ bool mayBeOctal(const YAML::Node& value) {
          text.find_first_not_of("0123456789", zero) == std::string::npos;
 }
 
-/// A single value. @throws std::runtime_error where it is none
+/// A single value. @throws std::runtime_error if it is none
 std::string scalarOf(const YAML::Node& value, const std::string& key, const std::string& origin) {
   if (!value.IsScalar())
     throw std::runtime_error(origin + ": " + shown(key) + ": its list holds more than single values");
@@ -81,7 +81,7 @@ std::string scalarOf(const YAML::Node& value, const std::string& key, const std:
   return value.Scalar();
 }
 
-/// What YAML's own words do not tell.
+/// Hint to add to a message of the YAML library.
 std::string hintFor(const std::string& reason) {
   return reason == "illegal map value"
              ? "; a line is 'key: value', with a blank behind the colon: this one or the one before is not"

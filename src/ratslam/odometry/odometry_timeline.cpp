@@ -137,7 +137,7 @@ OdometryTimeline::Interval OdometryTimeline::intervalTo(const OdometrySample& sa
   const bool another_epoch = sample.epoch != last_->epoch;
   const bool jumped = with_poses && !another_epoch && contradicts(by_pose, by_twist, pose_only);
   // A covariance of the twist alone may hold for the moment only. A source that also states its unit vouches for
-  // the whole time since its last sample, and for its motion where it corrects its pose.
+  // the whole time since its last sample, and for its motion if it corrects its pose.
   const bool vouched = said && sample.unit;
   const bool silent = dt > params_.odometry_gap && !vouched;
   const bool broken = jumped && !vouched;

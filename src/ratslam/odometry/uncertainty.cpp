@@ -8,8 +8,8 @@ namespace {
 
 /// Variances from here on mean "unknown" [m^2/s^2, rad^2/s^2].
 constexpr double kUnknownVariance = 1e4;
-/// A larger difference between the two halves of a covariance, or a larger excess over what the variances allow, is more
-/// than rounding. Relative to the variances.
+/// Tolerance for rounding, relative to the variances: of the difference between the two halves of a covariance, and of a
+/// covariance that exceeds the bound by its variances.
 constexpr double kAsymmetry = 1e-3;
 
 }  // namespace

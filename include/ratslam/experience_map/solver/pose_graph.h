@@ -13,9 +13,10 @@
 /// The energy is the sum of their squares. Recalls, and odometry's later corrections of unmeasured stretches,
 /// pass through Cauchy's kernel c^2 log(1 + r^2 / c^2): so a wrong recall cannot fold the map, while a right one
 /// within the odometry's uncertainty still closes the loop.
-/// g is the displacement that comes with an error of the facing: a robot that has turned further than was measured has
-/// also moved to that side. W_xy is the information of the place once the facing is known. With unit weights, g = 0,
-/// lambda = 0 and no z this is the energy of equation (6). Node 0 is fixed.
+///
+/// g is the regression of the displacement on the error of the facing: a robot that has turned further than measured has
+/// also moved to that side. W_xy is the square root of the information of (x, y) for a known facing. With unit weights,
+/// g = 0, lambda = 0 and no z this is the energy of equation (6). Node 0 is fixed.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,9 +33,9 @@ struct Constraint {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
   RelativePose measured;
-  /// Square root of the information of (x, y) once the facing is known, in the axes of `from`.
+  /// W_xy: square root of the information of (x, y) for a known facing, in the axes of `from`.
   Eigen::Matrix2d xy_weight = Eigen::Matrix2d::Identity();
-  Eigen::Vector2d xy_by_yaw = Eigen::Vector2d::Zero();  ///< g [m/rad]
+  Eigen::Vector2d xy_by_yaw = Eigen::Vector2d::Zero();  ///< g: displacement per error of the facing [m/rad]
   double yaw_weight = 1.0;                              ///< 1 / standard deviation, like the next two
   double scale_weight = 1.0;
   double z_weight = 1.0;
@@ -73,9 +74,9 @@ using ResidualJacobian = Eigen::Matrix<double, 5, 5>;  ///< by (x, y, facing, lo
 /// Covariance of the measured (x, y, z, yaw) of a constraint, in the axes of `from`.
 Eigen::Matrix4d covarianceOf(const Constraint& constraint);
 
-/// The reverse: weights of a constraint whose (x, y, z, yaw) have this covariance. An error of the height is taken to
-/// be independent of the others. @param covariance  positive on its diagonal; where place and facing are said to be
-/// tied closer to each other than is possible, they are taken to be independent
+/// Sets the weights of a constraint from a covariance of its (x, y, z, yaw). The error of the height is taken to be
+/// independent of the others. @param covariance  with a positive diagonal. If it is not positive definite, place and
+/// facing are taken to be independent
 void weigh(Constraint& constraint, const Eigen::Matrix4d& covariance);
 
 /// The part of a node's covariance that is of (x, y, z, yaw), in that order.

@@ -1,34 +1,33 @@
-/// Where among the learned places the robot may be: a belief that odometry moves along the ways driven and
-/// each view weighs. One of the possibilities is a place that is not yet known.
+/// Belief about the robot's place: a discrete Bayes filter over the learned places. Odometry moves the belief along the
+/// links between places, and each view weighs it. One of the hypotheses is "a place not yet known".
 ///
-/// For each view:
-///   1. Move (move). A place stands for the stretch of way from where it was learned to where the next one was: the
-///      robot may be anywhere on it. Its belief goes on along its links by the way driven since the last view. That way
-///      may be longer or shorter than the one driven then by 0.4 of itself, or by more if the odometry says so. On a
-///      chain with one step a place, 0.1 of the belief stays, 0.8 goes to the next place and 0.1 to the one after it.
-///      Belief that would leave the links goes to the place not yet known, and so does a two-thousandth of all other
-///      belief (less where the view has not changed). Links to the newest places are not followed: that belief goes
-///      to the place not yet known, too.
-///   2. Begin anywhere (seed). Of the belief in a place not yet known, a share of 1e-4 is spread over the learned
-///      places; only those that look most like the view are followed.
+/// Steps for each view:
+///   1. Move (move). A place stands for the stretch of path up to the place learned next, and the robot may be anywhere
+///      on it. The belief in a place moves along its links by the distance driven since the last view. Now and then the
+///      same stretch may differ in length by 0.4 of itself, or by more if the odometry's covariance is larger. On a
+///      chain with one step per place, 0.1 of the belief stays, 0.8 moves to the next place and 0.1 to the one after it.
+///      The place not yet known gets the belief that would pass the end of the links, the belief that would move to the
+///      newest places, and a share of 0.0005 of all other belief (less if the view has not changed).
+///   2. Begin anywhere (seed). A share of 1e-4 of the belief in a place not yet known is distributed over the learned
+///      places. Only the places most similar to the view are followed.
 ///   3. Veto of odometry (excluded). A place is excluded if dead reckoning puts the robot farther from it than 4
-///      standard deviations of the drift since its last visit. This tells identical houses in a row apart. With a
-///      camera that looks ahead, a place is also excluded if the robot faced another way there. Nothing is excluded
-///      without odometry, or across a break of it.
-///   4. Weigh (weigh). z is the likeness of a place, standardised over all places. Belief in the place is multiplied by
-///      exp(0.7 n z); belief in a place not yet known as if its z were 2.5, or 0.8 if no odometry measures the way or
-///      the robot was at a known place one view ago. n, from 0 to 1, is the share of the view that the last view did not
-///      show: of two equal views the second is no further evidence, so a chance likeness does not add up.
-///      If dead reckoning does not vouch for the way from the place (deadReckoningKnows), a likeness beyond chance
-///      counts for more, by n (z - 6)^2, so that a recall comes soon. If it does, the recall can wait until the robot
-///      is where the place was learned.
-///      The sideways shift of the view (the lane) is believed in the same way. It changes slowly, and the lane in
-///      which the place was learned is the likeliest at first.
+///      standard deviations of the drift since its last visit. This distinguishes identical houses in a row. For a
+///      camera that looks ahead, a place is also excluded if the robot had another heading there. Without odometry, and
+///      across a break in it, nothing is excluded.
+///   4. Weigh (weigh). z is the likeness of a place, standardised over all places. The belief in the place is multiplied
+///      by exp(0.7 n z). A place not yet known counts as z = 2.5, or as 0.8 if there is no odometry or the robot was at
+///      a known place at the last view. n is the novelty of the view, from 0 to 1: of two equal views the second is no
+///      further evidence, so that a chance likeness does not accumulate.
+///      If dead reckoning does not vouch for the path since the place's last visit (deadReckoningKnows), a likeness
+///      beyond chance counts more, by n (z - 6)^2, so that a recall comes soon. If it does, the recall can wait until
+///      the robot is where the place was learned.
+///      The lane, a sideways shift of the view, has a belief of its own with the same weights. It changes slowly. At
+///      first the lane in which the place was learned is the most likely one.
 ///
-/// A place is claimed if it and the places within 2 links of it hold more than 0.99 of the belief. A robot that goes on
-/// from a known place to the next is there as soon as all known places together hold that much, if the odometry says
-/// how well it knows its way. Then another place may hold up to twenty times as much: places of one road that were
-/// learned twice share the belief.
+/// A place is claimed if it and the places within 2 links of it hold more than 0.99 of the belief. If the robot moves on
+/// from a known place to the next and the odometry states its covariance, it is enough that all known places together
+/// hold that much. Another place may then have up to twenty times as much belief as the claimed one: the places of a
+/// road that was learned twice share the belief.
 #pragma once
 
 #include <cstdint>

@@ -72,7 +72,7 @@ void weigh(Constraint& constraint, const Eigen::Matrix4d& covariance) {
   const Eigen::Vector2d shared = covariance.topRightCorner<2, 1>();
   Eigen::LLT<Eigen::Matrix2d> of_place(xy - shared * shared.transpose() / yaw);
   constraint.xy_by_yaw = shared / yaw;
-  if (of_place.info() != Eigen::Success) {  // they claim to be told by each other more than can be
+  if (of_place.info() != Eigen::Success) {  // the covariance is not positive definite
     of_place.compute(xy);
     constraint.xy_by_yaw.setZero();
   }

@@ -55,7 +55,7 @@ MotionBridge::Step MotionBridge::look(const CameraModel& camera, Stamp stamp, co
   step.pose.rotation = (last_frame_pose_.rotation * view->motion.motion.rotation).normalized();
   step.motion.motion.rotation = (lastPose().rotation.conjugate() * step.pose.rotation).normalized();
   step.motion.covariance.bottomRightCorner<3, 3>() = view->motion.covariance.bottomRightCorner<3, 3>();
-  // The turn is measured now, apart from the way.
+  // The turn is measured now, independently of the translation.
   step.motion.covariance.topRightCorner<3, 3>().setZero();
   step.motion.covariance.bottomLeftCorner<3, 3>().setZero();
   return step;

@@ -78,7 +78,7 @@ Matrix6 MotionHistory::spread(const Eigen::Vector3d& way, double speed_variance,
   const Eigen::Vector3d ahead =
       way.norm() > 1e-9 ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d turning = turn_variance * Eigen::Vector3d(kTilting, 1.0, kTilting);
-  // A turn that is spread over the way moves its end aside by half of it.
+  // A turn that is distributed over the motion displaces its end sideways by half of the turn.
   const Eigen::Matrix3d aside = -0.5 * skew(way);
   covariance.topLeftCorner<3, 3>() =
       across * Eigen::Matrix3d::Identity() + speed_variance * ahead * ahead.transpose();
