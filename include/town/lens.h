@@ -10,10 +10,10 @@ namespace ratslam {
 /// Conversion of the picture of an ideal camera to that of a distorted one.
 struct LensMap {
   TownCamera ideal;      ///< a pinhole that sees everything the distorted camera sees
-  cv::Mat map_x, map_y;  ///< CV_32F, where in the ideal picture each pixel looks; empty without distortion
+  cv::Mat map_x, map_y;  ///< CV_32F, position in the ideal picture for each pixel; empty without distortion
 };
 
-/// @throws std::invalid_argument where the distortion cannot be inverted everywhere in the picture.
+/// @throws std::invalid_argument if the distortion cannot be inverted everywhere in the picture.
 LensMap makeLensMap(const TownCamera& camera);
 
 }  // namespace ratslam

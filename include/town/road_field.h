@@ -37,7 +37,7 @@ class RoadField {
   static constexpr double kFar = 24.0;  ///< distances are capped at this [m]
 
   /// @param roads road axes as polylines; each needs at least two points and some length.
-  /// @throws std::invalid_argument where one does not have them or is not finite.
+  /// @throws std::invalid_argument if one does not have them or is not finite.
   explicit RoadField(const std::vector<std::vector<RoadPoint>>& roads);
 
   const std::vector<RoadAxis>& axes() const { return axes_; }

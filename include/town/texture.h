@@ -14,7 +14,7 @@ class Texture {
   Texture() = default;
   /// @param size edge [texels], a power of two; @param texels size*size values in [0,255], clamped, row by
   /// row.
-  /// @throws std::invalid_argument where the size is no power of two or does not fit the texels.
+  /// @throws std::invalid_argument if the size is no power of two or does not fit the texels.
   Texture(int size, const std::vector<float>& texels);
 
   int size() const { return size_; }

@@ -35,7 +35,7 @@ struct TownFrame {
   Stamp stamp = 0;
   cv::Mat image;                                                     ///< CV_8U
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();  ///< truth: x right, y down, z forward
-  std::optional<OdometrySample> wheel;                               ///< where wheel odometry was asked for
+  std::optional<OdometrySample> wheel;                               ///< if wheel odometry was requested
   std::optional<GpsFix> gps;                                         ///< once a second
   std::vector<ImuSample> imu;                                        ///< since the frame before, 100 Hz
 };
@@ -52,8 +52,8 @@ class TownSink {
 /// poses.txt, and with wheel odometry odometry.csv (frame,stamp,linear_x,angular_z). Android recorder layout:
 /// yy-MM-dd-HH-mm-ss/images/<ms>.jpeg, data_image.txt, data_imu.txt (camera axes), data_gps.txt; beside that
 /// folder calibration.yaml and truth.tum (the camera's pose, world axes x east, y down, z north).
-/// @throws std::invalid_argument where the folder cannot be made or already holds a drive.
-/// @throws std::runtime_error (from add and finish) where a file cannot be written.
+/// @throws std::invalid_argument if the folder cannot be made or already holds a drive.
+/// @throws std::runtime_error (from add and finish) if a file cannot be written.
 std::unique_ptr<TownSink> makeFolderSink(const TownOptions& options);
 
 }  // namespace ratslam

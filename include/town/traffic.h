@@ -24,7 +24,7 @@ class Traffic {
   struct Car {
     bool in_front;
     double time;   ///< when it is met, or nearest in front [s]
-    double way;    ///< where the camera is then [m]
+    double way;    ///< path length of the camera at that time [m]
     double speed;  ///< of an oncoming car [m/s]
     std::uint64_t kind;
   };

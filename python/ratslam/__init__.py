@@ -6,7 +6,7 @@
     network.activity            # (heading, y, x), a view without a copy
 
 Parameters have the names of docs/parameters.md; a name that no model knows is an error. `ratslam.tools` are the
-evaluation and conversion tools; `ratslam.read_run(folder)` reads what `ratslam_run` leaves.
+evaluation and conversion tools; `ratslam.read_run(folder)` reads the results of `ratslam_run`.
 """
 
 import importlib
@@ -67,7 +67,7 @@ sys.meta_path.insert(0, _Tools())
 
 
 def read_run(folder: str):
-    """What `ratslam_run --out folder` has left: trajectories, map, templates, actions, summary, pose cells.
+    """Results of `ratslam_run --out folder`: trajectories, map, templates, actions, summary, pose cells.
 
     Returns a ratslam_tools.runs.run_folder.Run. Raises ratslam_tools.errors.InputError naming what cannot be read.
     """

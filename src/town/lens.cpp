@@ -31,7 +31,7 @@ Distorted distort(const std::array<double, 5>& d, const Eigen::Vector2d& p) {
   return result;
 }
 
-/// Newton's method from `start`; nothing where it does not converge or the picture folds over.
+/// Newton's method from `start`; none if it does not converge or the picture folds over.
 std::optional<Eigen::Vector2d> undistort(const std::array<double, 5>& d, const Eigen::Vector2d& target,
                                          Eigen::Vector2d start) {
   for (int i = 0; i < 30; ++i) {

@@ -1,5 +1,5 @@
-/// A synthetic drive written as a bag: camera/image (or camera/image/compressed where JPEG is asked for),
-/// camera/camera_info, ground_truth, and, where the drive has them, odom, gps and imu; the camera under
+/// A synthetic drive written as a bag: camera/image (or camera/image/compressed for JPEG),
+/// camera/camera_info, ground_truth, and, if the drive has them, odom, gps and imu; the camera under
 /// base_link on /tf_static.
 ///
 /// Stamps are absolute (the options' start). Poses are those of base_link (x forward, y left, z up), which
@@ -17,10 +17,10 @@ namespace ratslam {
 
 class BagTownSink : public TownSink {
  public:
-  /// @param root  namespace of the topics   @throws std::runtime_error where options.out cannot be written
+  /// @param root  namespace of the topics   @throws std::runtime_error if options.out cannot be written
   BagTownSink(const TownOptions& options, const std::string& root);
 
-  /// @throws std::runtime_error where the bag cannot be written
+  /// @throws std::runtime_error if the bag cannot be written
   void add(const TownFrame& frame) override;
   void finish() override;
 
