@@ -1,5 +1,6 @@
 """Common functions for figures: a backend without a display, colours, coloured lines, saving."""
 
+import argparse
 import os
 
 import numpy as np
@@ -49,6 +50,18 @@ def coloured_line(axes, x, y, ends, values, largest: float):
     axes.add_collection(lines)
     axes.autoscale_view()
     return lines
+
+
+PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
+
+
+def picture_file(path: str) -> str:
+    """An option's value that names a picture to write. @throws argparse.ArgumentTypeError for a folder or another ending."""
+    if os.path.isdir(path):
+        raise argparse.ArgumentTypeError(f"{path} is a folder; a file such as {os.path.join(path, 'run.png')} is written")
+    if os.path.splitext(path)[1].lower() not in PICTURES:
+        raise argparse.ArgumentTypeError(f"{path}: a picture ends in {', '.join(PICTURES)}")
+    return path
 
 
 def finish(pyplot, figure, path=None, show: bool = False, dpi: int = 130) -> None:

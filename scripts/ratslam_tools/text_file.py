@@ -69,7 +69,10 @@ def number(text: str) -> float:
     """A number as programs write it, including NaN and infinity. @throws ValueError for anything else."""
     if "_" in text or not text.isascii():  # Python's own spelling of numbers
         raise ValueError(f"'{shown(text)}' is not a number")
-    return float(text)
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"'{shown(text)}' is not a number") from None
 
 
 def finite_number(text: str) -> float:

@@ -146,6 +146,16 @@ def test_root_may_be_empty(sequence, tmp_path):
     assert len(messages(tmp_path / "r.bag", "/camera/image")) == 1
 
 
+def test_topics_that_ros_cannot_have_and_odometry_of_another_time_are_refused(sequence, tmp_path):
+    for root in ("a b", "2x", "a//b", "robot-1"):
+        with pytest.raises(InputError, match="--root: .* is no name of ROS"):
+            kitti_to_bag.main([str(sequence), str(tmp_path / "r.bag"), "--root", root])
+    (tmp_path / "late.csv").write_text("frame,stamp,linear_x,angular_z\n0,3600,1,0\n1,3600.1,1,0\n")
+    with pytest.raises(InputError, match="late.csv: all of it lies outside the images' time: 3600 to 3600.1 s"):
+        kitti_to_bag.main([str(sequence), str(tmp_path / "r.bag"), "--odometry", str(tmp_path / "late.csv")])
+    assert not (tmp_path / "r.bag").exists()
+
+
 def test_a_broken_sequence_leaves_no_bag(sequence, tmp_path):
     (sequence / "image_0" / "000004.png").write_bytes(b"no png")
     with pytest.raises(InputError, match="000004.png: not a readable image"):

@@ -86,6 +86,7 @@ def test_keys_of_our_own_in_an_openratslam_configuration(tmp_path, run):
     [
         (("exp_loops=20", "exp_loops=many"), "not a number"),
         (("vt_patch_normalisation", "vt_patch_normalise=1\nvt_patch_normalisation"), "given twice"),
+        (("[visual_odometry]", "[ratslam]"), "config.txt:14: section \\[ratslam\\] is given twice"),
         ((STLUCIA, "[other]\na=1\n"), "none of the sections"),
         ((STLUCIA, "just text\n"), "not an ini file"),
     ],
@@ -94,6 +95,12 @@ def test_configurations_that_are_none(tmp_path, change, words):
     (tmp_path / "config.txt").write_text(STLUCIA.replace(*change))
     with pytest.raises(InputError, match=words):
         ini_to_yaml.convert(str(tmp_path / "config.txt"))
+
+
+def test_numbers_with_leading_zeros_are_not_taken_for_octal(tmp_path):
+    (tmp_path / "config.txt").write_text(STLUCIA.replace("exp_loops=20", "exp_loops=020").replace("= 40", "= -007"))
+    text, _ = ini_to_yaml.convert(str(tmp_path / "config.txt"))
+    assert "exp_loops: 20\n" in text and "image_crop_x_min: -7\n" in text and "vt_match_threshold: 0.085\n" in text
 
 
 def test_unknown_keys_are_reported(tmp_path, run, fails):

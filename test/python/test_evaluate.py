@@ -155,6 +155,8 @@ def test_other_bad_input(files, fails):
     assert "--n_to_align" in fails(
         "evaluate_ape", "-a", "--n_to_align", 2, files / "truth.tum", files / "est.tum"
     )
+    assert "add -a" in fails("evaluate_ape", "--n_to_align", 9, files / "truth.tum", files / "est.tum")
+    assert "--topic" in fails("trajectory_convert", files / "drive.bag", files / "out.tum")
     assert "--delta" in fails("evaluate_rpe", "-d", 0, files / "truth.tum", files / "est.tum")
     assert "body frames differ" in fails(
         "evaluate_rpe", "-as", files / "poses.txt", files / "est.tum", "--times", files / "times.txt"

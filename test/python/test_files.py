@@ -170,6 +170,13 @@ def test_forms_of_the_calibration(tmp_path, form):
         kitti.read_sequence(str(tmp_path), 2)
 
 
+def test_calibrations_that_contradict_themselves(file):
+    line = b"P0: 50 0 31 0 0 51 23 0 0 0 1 0\n"
+    assert list(kitti.read_calibration(file(line + line))) == ["P0"]
+    with pytest.raises(InputError, match="'P0:' is given twice"):
+        kitti.read_calibration(file(line + line.replace(b"50", b"60")))
+
+
 def test_calibration_of_ros_is_read(file):
     for content in (ROS_CALIBRATION, b"%YAML:1.0\n---\n" + ROS_CALIBRATION.replace(b"matrix: {", b"matrix: !!opencv-matrix {")):
         found = calibration.read(file(content))
@@ -215,6 +222,7 @@ def test_odometry_of_runs_and_of_others_is_read(file):
     [
         (b"", "names no column stamp"),
         (b"frame;stamp;linear_x;angular_z\n", "parted by commas"),
+        (b"stamp,linear_x,angular_z,stamp\n0,0,0,0\n", "names column stamp twice"),
         (b"frame\tstamp\tlinear_x\tangular_z\n", "parted by commas"),
         (ODOMETRY + b"2,9999999999,1,0\n", ":4: stamp 1e\\+10 lies outside"),
         (ODOMETRY + b"2,0.1,1,0\n", ":4: stamps must rise"),

@@ -29,7 +29,7 @@ def test_map_is_read_whole(folder):
     [
         ("to: 3,", "to: 777,", "experience 777, which is not there"),
         ("z: 0.0", "z: nan", "NaN"),
-        ("x: 10.8", "x: far", "could not"),
+        ("x: 10.8", "x: far", "not a number"),
         ("- {id: 1,", "- {id: 0,", "twice"),
         ("yaw: 0.5", "jaw: 0.5", "has no yaw"),
         ("experiences:\n", "", "outside"),
@@ -52,6 +52,9 @@ def test_broken_maps_are_named(folder, find, put, words):
         ("summary.json", '{"parameters": {"pc_dim_xy": 1e12, "pc_dim_th": 1000000000}}'),
         ("summary.json", '{"parameters": [], "timing": 5, "counts": "x", "version": {}}'),
         ("map.yaml", None),
+        ("actions.csv", "stamp,action,src_id,dest_id,x,y,th\n0.1,nan,0,0,0,0,0\n"),
+        ("actions.csv", "stamp;action\n0.1;1\n"),
+        ("templates.csv", "stamp,template_id,error,relative_rad\n0.1,0,inf,0\n"),
     ],
 )
 def test_a_run_that_is_none_is_drawn_or_refused_in_one_line(folder, name, content):
@@ -90,6 +93,13 @@ def test_activity_is_read_and_laid_out_as_the_live_picture(folder):
         file.write("11.0,36,0,0,1\n")
     with pytest.raises(InputError, match="outside the network of 30x30x36"):
         activity_figure.activities(run_folder.Run(str(folder)))
+
+
+@pytest.mark.parametrize("out", ["", "picture", "picture.doc"])
+def test_plot_run_writes_the_file_that_it_names_or_none(folder, tmp_path, capsys, out):
+    with pytest.raises(SystemExit):
+        plot_run.main([str(folder), "--out", str(tmp_path / out)])
+    assert str(tmp_path / out) in capsys.readouterr().err and not list(tmp_path.parent.glob(tmp_path.name + ".*"))
 
 
 def test_plot_run_without_truth_and_with_half_the_files(folder, capsys):

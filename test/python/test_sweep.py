@@ -52,6 +52,13 @@ def test_ranges_that_are_none(text):
         grid.parse_vary(text)
 
 
+def test_a_file_is_no_folder_for_runs(tmp_path):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(InputError, match="--out: .* is a file"):
+        sweep.main(["in", "--config", "c", "--vary", "k=1,2", "--goal", "counts.recalls", "--out", str(tmp_path / "out")])
+    assert (tmp_path / "out").read_text() == "mine"
+
+
 def sweep_words(program, tmp_path, *vary):
     words = [
         "input",

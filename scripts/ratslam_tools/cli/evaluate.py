@@ -86,6 +86,8 @@ def settings_of(arguments) -> comparison.Settings:
     """The comparison settings of parsed options."""
     if not arguments.t_max_diff >= 0:
         raise InputError(f"--t_max_diff: {arguments.t_max_diff} is not allowed: at least 0 s")
+    if arguments.n_to_align is not None and not (arguments.align or arguments.correct_scale):
+        raise InputError(f"--n_to_align: {arguments.n_to_align} poses are to be aligned, but nothing is: add -a, -s or -as")
     return comparison.Settings(
         arguments.align,
         arguments.correct_scale,

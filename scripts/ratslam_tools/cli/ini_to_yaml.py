@@ -73,18 +73,25 @@ def our_keys() -> Set[str]:
 
 
 def yaml_value(text: str) -> str:
-    """A value as YAML: numbers and truth values as they are, words in quotes."""
+    """A value as YAML: numbers and truth values as they are, words in quotes. Zeros before a number are left out, because
+    some readers of YAML take such a number for octal."""
     try:
         text_file.finite_number(text)
     except ValueError:
         return text if text in ("true", "false") else json.dumps(text)
-    return text
+    return re.sub(r"^([+-]?)0+(?=[0-9])", r"\1", text)
 
 
 def read_ini(path: str) -> configparser.ConfigParser:
     """@throws InputError for a file that is no ini."""
     parser = configparser.ConfigParser(interpolation=None, strict=False, inline_comment_prefixes=("#", ";"))
     parser.optionxform = str
+    begun = set()
+    for number, line in text_file.read_lines(path):
+        section = re.match(r"\[([^\]]*)\]", line)
+        if section and section.group(1) in begun:
+            raise InputError(f"{path}:{number}: section [{text_file.shown(section.group(1))}] is given twice")
+        begun.add(section and section.group(1))
     try:
         parser.read_string(text_file.read_text(path), path)
     except configparser.Error as error:

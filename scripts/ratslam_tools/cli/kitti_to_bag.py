@@ -124,6 +124,7 @@ def main(argv=None) -> None:
         "--odometry_offset", type=finite, default=0.0, metavar="SECONDS", help="added to the odometry's stamps"
     )
     arguments = parser.parse_args(argv)
+    bags.require_topic_name("--root", arguments.root)
     drive = kitti.read_drive(arguments.folder, arguments.camera)
     count = len(drive.images)
     drive = drive.select(arguments.start, arguments.end)
@@ -135,6 +136,12 @@ def main(argv=None) -> None:
         if not len(rows):
             raise InputError(f"{arguments.odometry}: no rows for frames {arguments.start} to {end}")
         odometry = odometry_messages(rows, arguments.odometry_offset)
+        first, last = drive.stamps_ns[0], drive.stamps_ns[-1]
+        if odometry[-1][0] < first or odometry[0][0] > last:
+            raise InputError(
+                f"{arguments.odometry}: all of it lies outside the images' time: {odometry[0][0] / 1e9:.9g} to "
+                f"{odometry[-1][0] / 1e9:.9g} s beside {first / 1e9:.9g} to {last / 1e9:.9g} s; --odometry_offset moves it"
+            )
     convert(drive, arguments.bag, arguments.root, arguments.compressed, arguments.camera >= 2, odometry)
     truth = "with" if drive.truth is not None else "without"
     print(

@@ -54,7 +54,12 @@ def main(argv=None) -> None:
     parser.add_argument("folder", metavar="DIR", help="folder that ratslam_run left, what was the nodes' "
         "trajectory_file, or a bag in which their topics were recorded")
     add_truth_options(parser)
-    parser.add_argument("--out", metavar="FILE", help="picture to write, .png or .pdf (default: DIR/run.png)")
+    parser.add_argument(
+        "--out",
+        type=plotting.picture_file,
+        metavar="FILE",
+        help="picture to write, .png or .pdf (default: DIR/run.png)",
+    )
     part = parser.add_mutually_exclusive_group()
     part.add_argument("--map_only", action="store_true", help="the map without the panels beside it")
     part.add_argument("--timing_only", action="store_true", help="the time of each module alone")

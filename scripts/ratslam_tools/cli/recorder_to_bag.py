@@ -169,6 +169,7 @@ def main(argv=None) -> None:
         "--gps_tum", metavar="FILE", help="also write the GPS track (the same as ground_truth) as TUM"
     )
     arguments = parser.parse_args(argv)
+    bags.require_topic_name("--root", arguments.root)
     camera = calibration.read(arguments.calibration)
     recording = recorder.read(arguments.folder)
     rows = recorder.good_fixes(recording, arguments.max_accuracy)

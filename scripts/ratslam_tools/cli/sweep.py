@@ -70,6 +70,8 @@ def main(argv=None) -> None:
     arguments.more = more
     if arguments.jobs is not None and arguments.jobs < 1:
         raise InputError(f"--jobs: {arguments.jobs} is not allowed: at least 1")
+    if os.path.exists(arguments.out) and not os.path.isdir(arguments.out):
+        raise InputError(f"--out: {arguments.out} is a file; a folder is needed")
     varied = [grid.parse_vary(text) for text in arguments.vary]
     points = grid.grid(varied)
     goal = grid.Goal(arguments.goal, arguments.largest)

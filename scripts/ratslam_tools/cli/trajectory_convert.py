@@ -62,6 +62,8 @@ def main(argv=None) -> None:
     arguments = parser.parse_args(argv)
     if (arguments.from_frame is None) != (arguments.to_frame is None):
         raise InputError("--from_frame and --to_frame: give both or neither")
+    if arguments.topic is None and arguments.input.endswith(".bag"):
+        raise InputError(f"{arguments.input}: of a bag one topic is converted: --topic NAME")
     if arguments.topic is not None:
         trajectory = sources.read_topic(arguments.input, arguments.topic)
     elif arguments.source == "gps":

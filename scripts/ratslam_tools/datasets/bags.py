@@ -3,6 +3,7 @@ packages).
 """
 
 import os
+import re
 import stat
 import struct
 from contextlib import contextmanager
@@ -209,6 +210,12 @@ def _give_up(bag, part: str) -> None:
         pass
     if os.path.exists(part):
         os.unlink(part)
+
+
+def require_topic_name(option: str, name: str) -> None:
+    """@throws InputError naming the option if topics under `name` have no names that ROS takes; empty means none."""
+    if name.strip("/") and re.fullmatch(r"/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*/?", name) is None:
+        raise InputError(f"{option}: '{name}' is no name of ROS: letters, digits and _, after a letter, parted by /")
 
 
 def write(bag, topic: str, message, stamp_ns: int) -> None:

@@ -63,10 +63,13 @@ def read_calibration(path: str) -> Dict[str, np.ndarray]:
     for _, line in text_file.read_lines(path):
         key, colon, text = line.partition(":")
         try:
-            if colon:
-                values[key.strip()] = np.array([text_file.finite_number(word) for word in text.split()])
+            numbers = np.array([text_file.finite_number(word) for word in text.split()])
         except ValueError:
             continue
+        if not colon:
+            continue
+        if not np.array_equal(values.setdefault(key.strip(), numbers), numbers):
+            raise InputError(f"{path}: line '{key.strip()}:' is given twice, with other numbers")
     return values
 
 

@@ -28,6 +28,9 @@ def read_odometry(path: str) -> np.ndarray:
         raise InputError(
             f"{path}: its first line names no column {missing[0]}{hint}; it must name {', '.join(COLUMNS)}"
         )
+    twice = next((name for name in COLUMNS if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"{path}: its first line names column {twice} twice")
     rows: List[list] = []
     for number, line in lines[1:]:
         words = split(line)

@@ -97,9 +97,10 @@ def read_columns(path: str) -> Dict[str, np.ndarray]:
         if len(words) != len(names):
             raise InputError(f"{path}:{number}: {len(words)} columns under a head of {len(names)}")
         try:
-            rows.append([text_file.number(word) for word in words])
+            rows.append([text_file.finite_number(word) for word in words])
         except ValueError as error:
-            raise InputError(f"{path}:{number}: {error}") from None
+            hint = "; columns are parted by commas" if len(names) == 1 and ";" in names[0] else ""
+            raise InputError(f"{path}:{number}: {error}{hint}") from None
     table = np.array(rows).reshape(len(rows), len(names))
     return {name: table[:, column] for column, name in enumerate(names)}
 
