@@ -56,9 +56,9 @@ void requireDefinition(const rosbag::Bag& bag, const std::string& path, const st
   for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
     const bool same_type = connection->datatype == ros::message_traits::DataType<Message>::value();
     if (!same_type || connection->md5sum == ours || connection->md5sum == "*") continue;
-    throw std::runtime_error(path + ": " + topic + " is " + connection->datatype +
-                             " of another definition: md5 sum " + connection->md5sum + ", here " + ours +
-                             "; rosbag check and fix can translate it");
+    throw std::runtime_error(path + ": " + shown(topic) + " is " + connection->datatype +
+                             " of another definition: md5 sum " + shown(connection->md5sum) + ", here " +
+                             ours + "; rosbag check and fix can translate it");
   }
 }
 
