@@ -21,6 +21,9 @@ struct UncertainPose {
   }
 };
 
+/// Turns (x, y) of (x, y, z, yaw) by an angle [rad]; z and yaw stay as they are.
+Eigen::Matrix4d turnedAxes(double yaw);
+
 /// Composition: `a`, then `b`, which is given in the axes at the end of `a`. Their errors are independent.
 UncertainPose joined(const UncertainPose& a, const UncertainPose& b);
 

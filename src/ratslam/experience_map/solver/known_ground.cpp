@@ -149,8 +149,7 @@ UncertainPose PoseGraphMap::drivenWay(const RobotPlace& robot) const {
   driven.pose.x *= scale;
   driven.pose.y *= scale;
   driven.pose.z *= scale;
-  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
-  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-at.yaw).toRotationMatrix();
+  const Eigen::Matrix4d turn = turnedAxes(-at.yaw);
   driven.covariance = (turn * driven.covariance * turn.transpose()).eval();
   return driven;
 }

@@ -1,12 +1,12 @@
 #include "ratslam/experience_map/solver/pose_graph.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "ratslam/common/state.h"
+#include "ratslam/experience_map/solver/uncertain_pose.h"
 
 namespace ratslam {
 namespace {
@@ -157,8 +157,7 @@ NodeCovariance PoseGraph::propagate(const Constraint& constraint, const MapPose&
   by_from(1, 3) = dy;
   by_from(4, 3) = end.z - from.z;
   by_from(3, 3) = constraint.scale_kept;
-  Eigen::Matrix4d by_axes = Eigen::Matrix4d::Identity();
-  by_axes.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(from.yaw).toRotationMatrix();
+  const Eigen::Matrix4d by_axes = turnedAxes(from.yaw);
   const Eigen::Matrix4d own = by_axes * covarianceOf(constraint) * by_axes.transpose();
   NodeCovariance result = by_from * covariance * by_from.transpose();
   addPoseCovariance(result, own);

@@ -159,8 +159,7 @@ void PoseGraphMap::correct(ExperienceGraph& graph, const CorrectedWay& way) {
   whole.shortcut = true;
   whole.doubt = kCorrectionDoubt;
   whole.scale_weight = 0.0;
-  Eigen::Matrix4d turned = Eigen::Matrix4d::Identity();
-  turned.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(way.before.yaw).toRotationMatrix();
+  const Eigen::Matrix4d turned = turnedAxes(way.before.yaw);
   setWeights(whole, turned * way.covariance * turned.transpose());
   pose_graph_.addConstraint(whole);
 }

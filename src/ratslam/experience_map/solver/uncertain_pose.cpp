@@ -6,13 +6,6 @@
 namespace ratslam {
 namespace {
 
-/// Rotates (x, y) by the yaw; z and yaw are unchanged.
-Eigen::Matrix4d turn(double yaw) {
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix.topLeftCorner<2, 2>() << std::cos(yaw), -std::sin(yaw), std::sin(yaw), std::cos(yaw);
-  return matrix;
-}
-
 Eigen::Vector4d asVector(const RelativePose& pose) { return {pose.x, pose.y, pose.z, pose.yaw}; }
 
 Eigen::Matrix4d inverseOf(const Eigen::Matrix4d& covariance) {
@@ -21,8 +14,14 @@ Eigen::Matrix4d inverseOf(const Eigen::Matrix4d& covariance) {
 
 }  // namespace
 
+Eigen::Matrix4d turnedAxes(double yaw) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topLeftCorner<2, 2>() << std::cos(yaw), -std::sin(yaw), std::sin(yaw), std::cos(yaw);
+  return matrix;
+}
+
 UncertainPose joined(const UncertainPose& a, const UncertainPose& b) {
-  const Eigen::Matrix4d by_b = turn(a.pose.yaw);
+  const Eigen::Matrix4d by_b = turnedAxes(a.pose.yaw);
   const Eigen::Vector4d moved = by_b * Eigen::Vector4d(b.pose.x, b.pose.y, b.pose.z, 0.0);
   Eigen::Matrix4d by_a = Eigen::Matrix4d::Identity();
   by_a(0, 3) = -moved.y();
@@ -35,7 +34,7 @@ UncertainPose joined(const UncertainPose& a, const UncertainPose& b) {
 }
 
 UncertainPose inverted(const UncertainPose& a) {
-  const Eigen::Matrix4d back = turn(-a.pose.yaw);
+  const Eigen::Matrix4d back = turnedAxes(-a.pose.yaw);
   const Eigen::Vector4d start = -(back * Eigen::Vector4d(a.pose.x, a.pose.y, a.pose.z, 0.0));
   Eigen::Matrix4d by_a = -back;
   by_a(0, 3) = start.y();
