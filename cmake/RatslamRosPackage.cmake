@@ -22,8 +22,12 @@ else()
 endif()
 
 set(ratslam_ros_dependencies
-  cv_bridge diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs nav_msgs nodelet pluginlib rosbag_storage roscpp roslz4 sensor_msgs std_msgs std_srvs
+  cv_bridge diagnostic_msgs dynamic_reconfigure geometry_msgs nav_msgs nodelet pluginlib rosbag_storage roscpp roslz4 sensor_msgs std_msgs std_srvs
   tf2 tf2_msgs tf2_ros visualization_msgs)
+find_package(diagnostic_updater QUIET)  # not in Ubuntu 20.04's own archive
+if(diagnostic_updater_FOUND)
+  list(APPEND ratslam_ros_dependencies diagnostic_updater)
+endif()
 find_package(catkin REQUIRED COMPONENTS message_generation ${ratslam_ros_dependencies})
 
 add_message_files(FILES

@@ -1,17 +1,14 @@
 /// A node's state on /diagnostics, once a second, by diagnostic_updater: the state of each part, and memory.
 #pragma once
 
-#include <diagnostic_updater/diagnostic_updater.h>
-
 #include <functional>
 #include <string>
 
 #include "ratslam/experience_map/experience_graph.h"
 #include "ratslam_ros/support/image_subscriber.h"
+#include "ratslam_ros/support/status_updater.h"
 
 namespace ratslam {
-
-using DiagnosticStatus = diagnostic_updater::DiagnosticStatusWrapper;
 
 /// Rate of events [1/s] from a growing count, between two calls.
 class RateMeter {
@@ -37,7 +34,7 @@ class NodeDiagnostics {
   void publish() { updater_.force_update(); }
 
  private:
-  diagnostic_updater::Updater updater_;
+  StatusUpdater updater_;
 };
 
 /// Size of the map.
