@@ -87,7 +87,8 @@ class ImageStage {
   /// Takes the next image. @return none if it is left out
   std::optional<ImageFrame> add(const DecodedImage& image);
 
-  /// To be called if a model refuses a frame that was handed on.
+  /// To be called if a model refuses the frame that was handed on last. The image then counts as not used, and once
+  /// as unsuitable, however many models refuse it.
   void refused(const std::string& name, const std::string& why);
 
   const ImageCounts& counts() const { return counts_; }
@@ -107,6 +108,8 @@ class ImageStage {
   Tell tell_;
   ImageCounts counts_;
   std::optional<Stamp> last_stamp_;
+  bool handed_on_ = false;        ///< the last image was; not saved, as this and the next are of one image
+  bool refused_ = false;          ///< by a model, the last image was
   cv::Size size_;                 ///< of the images handed on, empty before the first
   std::size_t used_of_size_ = 0;  ///< images handed on since the size was set
   cv::Size other_size_;           ///< of the images just left out

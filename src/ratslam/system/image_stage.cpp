@@ -82,6 +82,7 @@ void ImageStage::tell(ImageEvent event, const std::string& text) {
 
 std::optional<ImageFrame> ImageStage::add(const DecodedImage& image) {
   ++counts_.images;
+  handed_on_ = refused_ = false;
   if (image.image.empty()) {
     tell(ImageEvent::kUnreadable, image.name + ": image skipped: " + image.error);
     return std::nullopt;
@@ -97,11 +98,15 @@ std::optional<ImageFrame> ImageStage::add(const DecodedImage& image) {
   last_stamp_ = image.stamp;
   ++used_of_size_;
   ++counts_.used;
+  handed_on_ = true;
   return frame;
 }
 
 void ImageStage::refused(const std::string& name, const std::string& why) {
   tell(ImageEvent::kUnsuitable, name + ": image skipped: " + why);
+  if (refused_) --counts_.events[static_cast<std::size_t>(ImageEvent::kUnsuitable)];
+  if (handed_on_ && !refused_) --counts_.used;
+  refused_ = true;
 }
 
 void ImageStage::save(State& state) const {

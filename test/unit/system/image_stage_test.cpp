@@ -67,6 +67,19 @@ TEST_F(ImageStageTest, UnreadableImagesAreNamedCountedAndLeftOut) {
   EXPECT_EQ(stage_.counts().text(), "1 of 3 images used (2 unreadable)");
 }
 
+TEST_F(ImageStageTest, AnImageThatModelsRefuseIsNotUsedAndCountsOnce) {
+  ASSERT_TRUE(next(picture(0)));
+  ASSERT_TRUE(next(picture(1)));
+  stage_.refused("image 1", "outside the crop");
+  stage_.refused("image 1", "not of the calibration's size");
+  ASSERT_TRUE(next(picture(2)));
+  stage_.refused("image 2", "outside the crop");
+  EXPECT_EQ(stage_.counts().text(), "1 of 3 images used (2 unsuitable)");
+  EXPECT_EQ(told_, (std::vector<std::string>{"image 1: image skipped: outside the crop",
+                                             "image 1: image skipped: not of the calibration's size",
+                                             "image 2: image skipped: outside the crop"}));
+}
+
 TEST_F(ImageStageTest, LateImagesAreLeftOutAndTheClockStays) {
   ASSERT_TRUE(add(10 * kTenth, picture(0)));
   ASSERT_TRUE(add(12 * kTenth, picture(1)));
