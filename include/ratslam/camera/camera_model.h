@@ -80,4 +80,9 @@ struct CameraModel {
 /// @throws std::invalid_argument naming what is wrong
 CameraModel makeCamera(CameraModel pinhole, const std::string& lens_name, std::vector<double> coefficients);
 
+/// Refuses the skew of a camera matrix (row 1, column 2) if to leave it out would move a pixel visibly, because the
+/// camera model has none.
+/// @throws std::invalid_argument with the name and the value
+void requireNoSkew(const std::string& name, double skew, const CameraModel& camera);
+
 }  // namespace ratslam

@@ -86,15 +86,18 @@ CameraModel readRosForm(const YAML::Node& root) {
   const std::string model =
       root["distortion_model"].IsDefined() ? root["distortion_model"].as<std::string>() : "plumb_bob";
   const bool bends = root["distortion_coefficients"].IsDefined();
-  return makeCamera({sizeIn(root, "image_width"),
-                     sizeIn(root, "image_height"),
-                     k[0],
-                     k[4],
-                     k[2],
-                     k[5],
-                     LensModel::kNone,
-                     {}},
-                    model, bends ? dataIn(root, "distortion_coefficients") : std::vector<double>{});
+  CameraModel camera =
+      makeCamera({sizeIn(root, "image_width"),
+                  sizeIn(root, "image_height"),
+                  k[0],
+                  k[4],
+                  k[2],
+                  k[5],
+                  LensModel::kNone,
+                  {}},
+                 model, bends ? dataIn(root, "distortion_coefficients") : std::vector<double>{});
+  requireNoSkew("camera_matrix[1]", k[1], camera);
+  return camera;
 }
 
 /// The file's root if it has a matrix, as ROS and OpenCV write it; else none.

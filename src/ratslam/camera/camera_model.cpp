@@ -174,6 +174,12 @@ CameraModel makeCamera(CameraModel pinhole, const std::string& lens_name, std::v
   return pinhole;
 }
 
+void requireNoSkew(const std::string& name, double skew, const CameraModel& camera) {
+  constexpr double kVisible = 0.5;  // [px]
+  const double farthest = std::max(std::abs(camera.cy), std::abs(camera.height - camera.cy)) / camera.fy;
+  if (!(std::abs(skew) * farthest < kVisible)) throwBadValue(name + " (skew)", skew, "it must be 0");
+}
+
 Eigen::Vector2d CameraModel::undistort(const Eigen::Vector2d& raw) const {
   if (model == LensModel::kNone) return raw;
   const Eigen::Vector2d start = firstGuess(*this, {(raw.x() - cx) / fx, (raw.y() - cy) / fy});

@@ -123,6 +123,7 @@ std::optional<CameraModel> KittiFolder::camera() const {
   CameraModel camera{size.width, size.height, p[0], p[5], p[2], p[6], LensModel::kNone, {}};
   try {
     camera.validate();
+    requireNoSkew("row 1, column 2", p[1], camera);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(path + ": P" + std::to_string(camera_number_) + ": " + error.what());
   }

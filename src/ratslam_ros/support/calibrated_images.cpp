@@ -1,6 +1,7 @@
 #include "ratslam_ros/support/calibrated_images.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "ratslam_ros/support/camera_info.h"
 #include "ratslam_ros/support/checked_subscription.h"
@@ -58,10 +59,14 @@ void CalibratedImages::start() {
 
 void CalibratedImages::onCameraInfo(const sensor_msgs::CameraInfo& message) {
   constexpr std::size_t kMostSizes = 16;  // a camera has only a few sizes
-  const auto same_size = [&message](const sensor_msgs::CameraInfo& info) {
-    return info.width == message.width && info.height == message.height;
+  const auto readout = [](const sensor_msgs::CameraInfo& info) {
+    return std::make_tuple(info.width, info.height, info.binning_x, info.binning_y, info.roi.x_offset,
+                           info.roi.y_offset, info.roi.width, info.roi.height);
   };
-  if (infos_.size() >= kMostSizes || std::any_of(infos_.begin(), infos_.end(), same_size)) return;
+  const auto same_readout = [&](const sensor_msgs::CameraInfo& info) {
+    return readout(info) == readout(message);
+  };
+  if (infos_.size() >= kMostSizes || std::any_of(infos_.begin(), infos_.end(), same_readout)) return;
   try {
     const bool sized = message.width > 0 && message.height > 0;
     if (sized) cameraFromMessage(message, isRectifiedTopic(topic()));

@@ -81,6 +81,7 @@ TEST(CalibrationFile, FaultsOfThatFormAreNamed) {
     EXPECT_EQ(said.find('\n'), std::string::npos) << said;
   };
   refused("plumb_bob", "mirror", "mirror");
+  refused("[1000.5, 0,", "[1000.5, -7,", "camera_matrix[1] (skew): value -7");
   refused("[1000.5, 0,", "[1000.5,", "camera_matrix");
   refused("[1000.5", "[wide", "'wide' is not a finite number");
   refused("[1000.5", "[0", "camera fx: value 0");

@@ -367,6 +367,10 @@ TEST_F(BagRecordingTest, TheFirstUsableCalibrationCounts) {
   const BagRecording other(recorded("image", {of_another_size}), BagTopics());
   expectParts(test::messageOf([&] { other.camera(); }),
               {"camera.bag: /camera/camera_info", "for images of 640x40"});
+  sensor_msgs::CameraInfo skewed = whole;
+  skewed.K[1] = 4.0;
+  const BagRecording skew(recorded("image", {skewed}), BagTopics());
+  expectParts(test::messageOf([&] { skew.camera(); }), {"K[1] (skew)", "value 4", "must be 0"});
 }
 
 }  // namespace
