@@ -147,7 +147,8 @@ OfflineRun::OfflineRun(const RunOptions& options)
         "images");
   }
   if (!options.changes.empty()) {
-    addChanges(readParameterChanges(options.changes), parameters_, *pipeline_);
+    changes_ = readParameterChanges(options.changes);
+    addChanges(changes_, parameters_, *pipeline_);
   }
   // A run in several parts takes the snapshots that one run over the whole recording would take.
   const bool in_parts = !options.save_map.empty() || !options.load_map.empty();
@@ -297,9 +298,20 @@ void OfflineRun::sayWhatWasLeft() const {
   if (stopRequested()) std::cout << "interrupted: the results hold what was mapped so far\n";
   if (const auto complaint = span_.complaint()) say(*complaint);
   sayWhatOdometryLacks();
+  // If the map is saved, a later run may reach the later changes.
+  const auto unreached =
+      last_stamp_ && options_.save_map.empty() ? changesNeverReached(changes_, *last_stamp_) : std::nullopt;
+  if (unreached) say(*unreached);
 }
 
 void OfflineRun::sayWhatOdometryLacks() const {
+  const std::vector<StampedPose>& poses = pipeline_->map().onlineTrajectory();
+  const auto at_start = [&poses](const StampedPose& pose) {
+    return pose.pose.position == poses.front().pose.position && pose.pose.yaw == poses.front().pose.yaw;
+  };
+  if (poses.size() > 1 && std::all_of(poses.begin(), poses.end(), at_start)) {
+    say("the odometry never moves: all " + std::to_string(poses.size()) + " poses are the same");
+  }
   const auto count = [](std::size_t number, const char* of_what) { return std::to_string(number) + of_what; };
   if (pipeline_->absurdCovariances() > 0) {
     say(count(pipeline_->absurdCovariances(),

@@ -11,6 +11,7 @@
 #include "ratslam/system/image_stage.h"
 #include "ratslam/system/map_store.h"
 #include "ratslam/system/odometry_span.h"
+#include "ratslam/system/parameter_changes.h"
 #include "ratslam/system/pose_cell_snapshots.h"
 #include "ratslam/system/run_log.h"
 #include "ratslam/view/run_video.h"
@@ -59,6 +60,7 @@ class OfflineRun {
   ImageStage images_;
   OdometrySpan span_;
   std::unique_ptr<RunLog> log_;
+  std::vector<ParameterChange> changes_;
   PoseCellSnapshots snapshots_;
   std::optional<PoseCellRecording> cells_;
   std::unique_ptr<RunVideo> video_;

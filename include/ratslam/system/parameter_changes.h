@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -65,6 +66,10 @@ class TimedChanges {
 /// Reads changes from a CSV file with the columns after_ns,name,value, as ratslam_em writes it.
 /// @throws std::runtime_error naming file, line and reason
 std::vector<ParameterChange> readParameterChanges(const std::string& path);
+
+/// Names the first change whose stamp the drive did not reach, and counts such changes; none if all were reached.
+/// @param last  stamp of the last image
+std::optional<std::string> changesNeverReached(const std::vector<ParameterChange>& changes, Stamp last);
 
 /// Adds changes to a pipeline. To be called before the first event. @param parameters  at the beginning
 /// @throws std::invalid_argument naming a key that may not change, or a bad value

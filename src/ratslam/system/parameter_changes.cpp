@@ -1,6 +1,8 @@
 #include "ratslam/system/parameter_changes.h"
 
+#include <algorithm>
 #include <charconv>
+#include <sstream>
 #include <stdexcept>
 
 #include "ratslam/common/text_file.h"
@@ -69,6 +71,17 @@ std::vector<ParameterChange> readParameterChanges(const std::string& path) {
     changes.push_back(change);
   }
   return changes;
+}
+
+std::optional<std::string> changesNeverReached(const std::vector<ParameterChange>& changes, Stamp last) {
+  const auto never = [last](const ParameterChange& change) { return change.after >= last; };
+  const auto first = std::find_if(changes.begin(), changes.end(), never);
+  if (first == changes.end()) return std::nullopt;
+  std::ostringstream text;
+  text << first->origin << ": " << first->name << " never changed, because after_ns=" << first->after
+       << " is not before the last image, whose stamp is " << last << " ns ("
+       << std::count_if(changes.begin(), changes.end(), never) << " of " << changes.size() << " changes)";
+  return text.str();
 }
 
 void addChanges(const std::vector<ParameterChange>& changes, ParameterMap parameters, Pipeline& pipeline) {

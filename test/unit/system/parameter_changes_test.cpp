@@ -130,6 +130,17 @@ TEST_F(ChangeFile, IsReadLineByLine) {
   EXPECT_EQ(changes[1].value, "7");
 }
 
+TEST_F(ChangeFile, AStampThatTheDriveDoesNotReachIsNamed) {
+  const auto changes =
+      read("after_ns,name,value\n10,exp_loops,7\n99,exp_loops,8\n400,vt_match_threshold,0.05\n");
+  EXPECT_FALSE(changesNeverReached(changes, 401));
+  const std::string said = changesNeverReached(changes, 99).value_or("");
+  EXPECT_NE(said.find("_test.csv:3: exp_loops never changed, because after_ns=99 is not before"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.find("(2 of 3 changes)"), std::string::npos) << said;
+}
+
 TEST_F(ChangeFile, OfAnotherFormIsRefusedWithItsLine) {
   EXPECT_NE(complaint("after_ns,name,value\nsoon,exp_loops,7\n").find("_test.csv:2: 'soon,exp_loops,7'"),
             std::string::npos);
