@@ -307,7 +307,9 @@ void OfflineRun::sayWhatWasLeft() const {
 void OfflineRun::sayWhatOdometryLacks() const {
   const std::vector<StampedPose>& poses = pipeline_->map().onlineTrajectory();
   const auto at_start = [&poses](const StampedPose& pose) {
-    return pose.pose.position == poses.front().pose.position && pose.pose.yaw == poses.front().pose.yaw;
+    const MapPose& first = poses.front().pose;
+    return pose.pose.x == first.x && pose.pose.y == first.y && pose.pose.z == first.z &&
+           pose.pose.yaw == first.yaw;
   };
   if (poses.size() > 1 && std::all_of(poses.begin(), poses.end(), at_start)) {
     say("the odometry never moves: all " + std::to_string(poses.size()) + " poses are the same");

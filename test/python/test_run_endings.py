@@ -222,6 +222,25 @@ def test_stretches_that_nobody_measured_are_said(program, short, tmp_path, perio
     assert (said in slow.stdout) == (period > 2.0), slow.stdout
 
 
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+def test_odometry_that_never_moves_is_said(program, short, tmp_path, speed):
+    odometry = tmp_path / "odometry.csv"
+    odometry.write_text(
+        "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{i / 10:.6f},{speed},0.0\n" for i in range(30))
+    )
+    stands = run(program, short, tmp_path / "out", "--odometry", odometry)
+    assert stands.returncode == 0, stands.stdout
+    assert ("the odometry never moves: all 30 poses are the same" in stands.stdout) == (speed == 0.0), stands.stdout
+
+
+def test_changes_that_the_drive_does_not_reach_are_said(program, short, tmp_path):
+    changes = tmp_path / "changes.csv"
+    changes.write_text("after_ns,name,value\n1000000000,exp_loops,7\n99000000000,exp_loops,8\n")
+    drive = run(program, short, tmp_path / "out", "--changes", changes)
+    assert drive.returncode == 0, drive.stdout
+    assert "changes.csv:3: exp_loops never changed, because after_ns=99000000000 is not before" in drive.stdout
+
+
 @pytest.mark.parametrize(
     "words, said",
     [

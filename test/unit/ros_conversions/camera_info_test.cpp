@@ -8,7 +8,8 @@ namespace ratslam {
 namespace {
 
 void expectWords(const sensor_msgs::CameraInfo& info, const cv::Size& images, const std::string& words) {
-  const std::string said = test::messageOf([&] { cameraFromMessage(info, false, images); });
+  const std::string said =
+      test::messageOf<std::invalid_argument>([&] { cameraFromMessage(info, false, images); });
   EXPECT_NE(said.find(words), std::string::npos) << said;
 }
 
