@@ -15,14 +15,14 @@ template <class Params>
 std::vector<ReconfigurableField> reconfigurableFields(Params params) {
   std::vector<ReconfigurableField> fields;
   const std::set<std::string> keys = changeableKeys(params);
-  params.visitFields(
-      [&](const std::string& key, const auto& value, const Bounds& bounds, const char* meaning) {
-        using Value = std::decay_t<decltype(value)>;
-        if constexpr (std::is_arithmetic_v<Value>) {
-          if (keys.count(key) == 0) return;
-          fields.push_back({key, std::is_integral_v<Value>, static_cast<double>(value), bounds, meaning});
-        }
-      });
+  params.visitFields([&](const std::string& key, const auto& value, const Bounds& bounds,
+                         [[maybe_unused]] const char* meaning) {
+    using Value = std::decay_t<decltype(value)>;
+    if constexpr (std::is_arithmetic_v<Value>) {
+      if (keys.count(key) == 0) return;
+      fields.push_back({key, std::is_integral_v<Value>, static_cast<double>(value), bounds, meaning});
+    }
+  });
   return fields;
 }
 

@@ -38,10 +38,10 @@ class DiagnosticStatus : public diagnostic_msgs::DiagnosticStatus {
   /// @param format  as for printf
   __attribute__((format(printf, 3, 4))) void summaryf(unsigned char new_level, const char* format, ...) {
     char words[1000];
-    va_list values;
-    va_start(values, format);
-    std::vsnprintf(words, sizeof(words), format, values);
-    va_end(values);
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(words, sizeof(words), format, arguments);
+    va_end(arguments);
     summary(new_level, words);
   }
   template <class T>
