@@ -87,12 +87,12 @@ TEST(CheckedSubscription, HandsOnWhatWasSent) {
   image.data = {1, 2, 3};
   const auto taken_image = taken<sensor_msgs::Image>(bytesOf(image));
   ASSERT_TRUE(taken_image);
-  EXPECT_EQ(*taken_image, image);
+  EXPECT_EQ(bytesOf(*taken_image), bytesOf(image));  // older messages have no ==
   ratslam_ros::OdometryQuality quality;
   quality.correction_way_stamps = {ros::Time(3, 4)};
   quality.correction_way.resize(1);
   quality.correction_way[0].position.y = 2.5;
-  EXPECT_EQ(*taken<ratslam_ros::OdometryQuality>(bytesOf(quality)), quality);
+  EXPECT_EQ(bytesOf(*taken<ratslam_ros::OdometryQuality>(bytesOf(quality))), bytesOf(quality));
 }
 
 TEST(CheckedSubscription, MakesNoArrayForWhichThereAreNoBytes) {
