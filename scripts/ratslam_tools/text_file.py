@@ -8,7 +8,7 @@ import math
 import os
 import stat
 from contextlib import contextmanager
-from typing import Iterator, Tuple
+from typing import Iterable, Iterator, Optional, Tuple
 
 from ratslam_tools.errors import InputError
 
@@ -87,6 +87,14 @@ def shown(text: str) -> str:
     """Part of a file's text for a message: one line, not too long, printable characters only."""
     line = "".join(letter if letter.isprintable() else "?" for letter in text.strip())
     return line if len(line) <= 60 else line[:57] + "..."
+
+
+def require_other(option: str, path: Optional[str], inputs: Iterable[Optional[str]]) -> None:
+    """@throws InputError naming the option if the file to write is one of the files that are read, or lies elsewhere
+    under the same name (a link)."""
+    for given in inputs:
+        if path and given and os.path.realpath(path) == os.path.realpath(given):
+            raise InputError(f"{option}: {path} is read as well and would be overwritten; give another name")
 
 
 @contextmanager

@@ -156,6 +156,30 @@ def test_topics_that_ros_cannot_have_and_odometry_of_another_time_are_refused(se
     assert not (tmp_path / "r.bag").exists()
 
 
+def test_frames_and_offsets_that_no_drive_has_are_refused(sequence, tmp_path):
+    for end in ("-1", "0"):
+        with pytest.raises(InputError, match=f"frames 0 to {end}: the drive has 6"):
+            kitti_to_bag.main([str(sequence), str(tmp_path / "f.bag"), "--end", end])
+    odometry = tmp_path / "odometry.csv"
+    odometry.write_text("frame,stamp,linear_x,angular_z\n0,0,1,0\n1,0.1,1,0\n")
+    for offset in ("1e300", "-0.05", "5e9"):
+        with pytest.raises(InputError, match="odometry.csv: with --odometry_offset .* its stamps are .* ROS can hold 0 to"):
+            kitti_to_bag.main([str(sequence), str(tmp_path / "f.bag"), "--odometry", str(odometry), f"--odometry_offset={offset}"])
+
+
+def test_no_file_but_a_bag_is_replaced_by_a_bag(sequence, tmp_path):
+    calibration = (sequence / "calib.txt").read_bytes()
+    with pytest.raises(InputError, match="calib.txt: not overwritten: the file exists and is no bag"):
+        kitti_to_bag.main([str(sequence), str(sequence / "calib.txt")])
+    assert (sequence / "calib.txt").read_bytes() == calibration
+    with pytest.raises(InputError, match="it names no file"):
+        kitti_to_bag.main([str(sequence), ""])
+    (tmp_path / "new.bag").touch()
+    for _ in range(2):
+        kitti_to_bag.main([str(sequence), str(tmp_path / "new.bag")])
+    assert len(messages(tmp_path / "new.bag", "/kitti/camera/image")) == 6
+
+
 def test_a_broken_sequence_leaves_no_bag(sequence, tmp_path):
     (sequence / "image_0" / "000004.png").write_bytes(b"no png")
     with pytest.raises(InputError, match="000004.png: not a readable image"):
@@ -345,6 +369,16 @@ def test_a_recording_of_images_alone_is_a_bag_as_well(recording, tmp_path):
         (recording / name).unlink()
     recorder_to_bag.main([str(recording), str(tmp_path / "n.bag"), "--calibration", str(tmp_path / "phone.yaml")])
     assert len(messages(tmp_path / "n.bag", "/nn/camera/image/compressed")) == 4
+
+
+def test_files_of_a_recording_are_not_overwritten_by_its_track(recording, tmp_path):
+    phone = str(tmp_path / "phone.yaml")
+    for track in (str(recording / "data_gps.txt"), phone, str(tmp_path / "n.bag")):
+        with pytest.raises(InputError, match="--gps_tum: .* is read as well and would be overwritten"):
+            recorder_to_bag.main([str(recording), str(tmp_path / "n.bag"), "--calibration", phone, "--gps_tum", track])
+    with pytest.raises(InputError, match="--max_accuracy: -1 is not allowed: above 0 m"):
+        recorder_to_bag.main([str(recording), str(tmp_path / "n.bag"), "--calibration", phone, "--max_accuracy", "-1"])
+    assert not (tmp_path / "n.bag").exists()
 
 
 def test_damaged_bags_are_refused_in_one_line(sequence, tmp_path):

@@ -6,6 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import List
 
+from ratslam_tools import text_file
 from ratslam_tools.datasets import sources
 from ratslam_tools.evaluation import comparison, metrics
 from ratslam_tools.trajectory import frames
@@ -88,6 +89,12 @@ def settings_of(arguments) -> comparison.Settings:
         raise InputError(f"--t_max_diff: {arguments.t_max_diff} is not allowed: at least 0 s")
     if arguments.n_to_align is not None and not (arguments.align or arguments.correct_scale):
         raise InputError(f"--n_to_align: {arguments.n_to_align} poses are to be aligned, but nothing is: add -a, -s or -as")
+    for option in ("save_results", "save_plot"):
+        text_file.require_other(
+            f"--{option}",
+            getattr(arguments, option, None),
+            [arguments.reference, *arguments.estimates, arguments.bag, arguments.times],
+        )
     return comparison.Settings(
         arguments.align,
         arguments.correct_scale,

@@ -154,6 +154,7 @@ def main(argv=None) -> None:
     parser.add_argument("yaml", nargs="?", help="file to write (default: stdout)")
     parser.add_argument("--strict", action="store_true", help="an unknown key is an error")
     arguments = parser.parse_args(argv)
+    text_file.require_other("yaml", arguments.yaml, [arguments.ini])
     text, remarks = convert(arguments.ini)
     unknown = [remark for remark in remarks if "unknown" in remark]
     if arguments.strict and unknown:

@@ -135,6 +135,12 @@ def main(argv=None) -> None:
         rows = rows[(rows[:, 0] >= arguments.start) & (rows[:, 0] < end)]
         if not len(rows):
             raise InputError(f"{arguments.odometry}: no rows for frames {arguments.start} to {end}")
+        stamps = rows[:, 1] + arguments.odometry_offset
+        if stamps.min() < 0.0 or stamps.max() >= 2.0**32:
+            raise InputError(
+                f"{arguments.odometry}: with --odometry_offset {arguments.odometry_offset:g} its stamps are "
+                f"{stamps.min():.9g} to {stamps.max():.9g} s; ROS can hold 0 to 2^32 s"
+            )
         odometry = odometry_messages(rows, arguments.odometry_offset)
         first, last = drive.stamps_ns[0], drive.stamps_ns[-1]
         if odometry[-1][0] < first or odometry[0][0] > last:

@@ -5,6 +5,7 @@ import os
 
 import numpy as np
 
+from ratslam_tools import text_file
 from ratslam_tools.datasets import bags, calibration, recorder
 from ratslam_tools.datasets.images import load_image
 from ratslam_tools.trajectory import geometry
@@ -170,6 +171,10 @@ def main(argv=None) -> None:
     )
     arguments = parser.parse_args(argv)
     bags.require_topic_name("--root", arguments.root)
+    if arguments.max_accuracy <= 0.0:
+        raise InputError(f"--max_accuracy: {arguments.max_accuracy:g} is not allowed: above 0 m")
+    read = recorder.index_files(arguments.folder)
+    text_file.require_other("--gps_tum", arguments.gps_tum, [arguments.bag, arguments.calibration, *read])
     camera = calibration.read(arguments.calibration)
     recording = recorder.read(arguments.folder)
     rows = recorder.good_fixes(recording, arguments.max_accuracy)

@@ -64,6 +64,9 @@ def main(argv=None) -> None:
         raise InputError("--from_frame and --to_frame: give both or neither")
     if arguments.topic is None and arguments.input.endswith(".bag"):
         raise InputError(f"{arguments.input}: of a bag one topic is converted: --topic NAME")
+    for option, path in (("output", arguments.output), ("--save_times", arguments.save_times)):
+        text_file.require_other(option, path, [arguments.input, arguments.times])
+    text_file.require_other("--save_times", arguments.save_times, [arguments.output])
     if arguments.topic is not None:
         trajectory = sources.read_topic(arguments.input, arguments.topic)
     elif arguments.source == "gps":

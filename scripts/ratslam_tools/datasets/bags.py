@@ -184,8 +184,12 @@ def writing(path: str):
     """A bag for writing. It gets its name only when it is complete, so that an interruption leaves no partial bag.
     """
     part = path + ".part"
+    if not os.path.basename(path):
+        raise InputError(f"'{path}': cannot be written: it names no file")
     if os.path.exists(path) and not os.path.isfile(path):
         raise InputError(f"{path}: cannot be written: there is a folder or device of this name")
+    if _is_another_file(path):
+        raise InputError(f"{path}: not overwritten: the file exists and is no bag")
     try:
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
     except OSError as error:
@@ -200,6 +204,16 @@ def writing(path: str):
         if isinstance(error, OSError) and error.filename is None:  # of the bag itself: the disk is full
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
         raise
+
+
+def _is_another_file(path: str) -> bool:
+    """Whether there is a file of that name that holds something other than a bag, such as a part of the recording."""
+    try:
+        with open(path, "rb") as file:
+            begin = file.read(8)
+    except OSError:
+        return False
+    return begin not in (b"", b"#ROSBAG ")
 
 
 def _give_up(bag, part: str) -> None:

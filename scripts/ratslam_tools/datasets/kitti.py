@@ -35,7 +35,7 @@ class Drive:
     def select(self, start: int, end: Optional[int]) -> "Drive":
         """Frames start ... end - 1. @throws InputError if there are none."""
         rows = slice(start, end)
-        if start < 0 or not self.images[rows]:
+        if start < 0 or (end is not None and end <= start) or not self.images[rows]:
             raise InputError(
                 f"frames {start} to {'the end' if end is None else end}: the drive has {len(self.images)}"
             )

@@ -94,6 +94,11 @@ def _left_out(recording: Recording) -> str:
     return f" ({counted})" if counted else ""
 
 
+def index_files(folder: str) -> List[str]:
+    """The text files of a recording that exist."""
+    return [path for path in (_path(folder, kind) for kind in FILES) if path is not None]
+
+
 def _path(folder: str, kind: str) -> Optional[str]:
     paths = (os.path.join(folder, name) for name in FILES[kind])
     return next((path for path in paths if os.path.isfile(path)), None)
