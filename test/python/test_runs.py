@@ -195,6 +195,24 @@ def test_runner_is_looked_for_and_its_absence_explained(tmp_path, monkeypatch, p
         runner.find(str(tmp_path / "truth.tum"))
 
 
+def test_a_folder_of_somebody_else_is_not_replaced_by_a_run(program, tmp_path):
+    """An output folder that is that of the data set would name the sequences themselves."""
+    sequence = tmp_path / "sequences" / "05"
+    sequence.mkdir(parents=True)
+    (sequence / "times.txt").write_text("0\n0.1\n")
+    words = runner.command(str(program), "in", "c.yaml", str(sequence))
+    with pytest.raises(InputError, match="05: not replaced by a run: .* give another --out"):
+        runner.run_once(words, str(sequence))
+    assert (sequence / "times.txt").exists()
+
+    out = tmp_path / "out" / "05"
+    out.mkdir(parents=True)
+    with pytest.raises(InputError, match="exit status"):  # ... and may be tried again
+        runner.run_once(["/bin/false"], str(out))
+    for _ in range(2):
+        runner.run_once(["/bin/true"], str(out))
+
+
 def test_paper_table_and_figures(program, tmp_path, drive, capsys):
     sequence = tmp_path / "kitti" / "sequences" / "00"
     sequence.mkdir(parents=True)

@@ -99,14 +99,21 @@ def option(words: Sequence[str], name: str) -> Optional[str]:
 def run_once(words: List[str], folder: str) -> str:
     """Runs a command that creates `folder`, unless the same command has created it before. Returns the folder.
 
-    @throws InputError as Runner.run.
+    A folder of another command is replaced. One that this function has not made is left alone: it may hold a
+    recording. @throws InputError as Runner.run.
     """
     done = os.path.join(folder, "command.json")
-    if not os.path.isfile(done) or run_folder.read_json(done).get("command") != words:
-        shutil.rmtree(folder, ignore_errors=True)
-        os.makedirs(folder)
-        Runner().run(words)
-        evaluation.write_json(done, {"command": words})
+    known = run_folder.read_json(done) if os.path.isfile(done) else {}
+    if known.get("command") == words and known.get("complete", True):
+        return folder
+    if not known and os.path.exists(folder) and not (os.path.isdir(folder) and not os.listdir(folder)):
+        raise InputError(f"{folder}: not replaced by a run: it exists, and no run of this tool has left it; give another --out")
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    # Written first, so that what an interrupted run leaves is known as such.
+    evaluation.write_json(done, {"command": words, "complete": False})
+    Runner().run(words)
+    evaluation.write_json(done, {"command": words, "complete": True})
     return folder
 
 
