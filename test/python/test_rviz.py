@@ -80,3 +80,17 @@ def test_everything_is_drawn_at_the_size_of_the_map(config, open_rviz):
     assert manager["Views"]["Current"]["Target Frame"] == "rat/base_link"
     assert "irat_red/ExperienceMap/MapMarker" in all_topics(small)
     assert "ratslam_orb_vo/landmarks" in all_topics(small)
+
+
+@pytest.mark.parametrize("content", ["", "fx: 50\n", "[1, 2", "Visualization Manager: {Displays: []}\n", "a\0b"])
+def test_what_is_no_configuration_of_rviz_is_refused_in_one_line(content, tmp_path, fails):
+    (tmp_path / "my.rviz").write_text(content)
+    assert "my.rviz: " in fails("open_rviz", tmp_path / "my.rviz")
+    assert "no.rviz: cannot be read" in fails("open_rviz", tmp_path / "no.rviz")
+    os.mkfifo(tmp_path / "pipe.rviz")
+    assert "no regular file" in fails("open_rviz", tmp_path / "pipe.rviz")
+
+
+def test_without_rviz_its_package_is_named(fails, monkeypatch):
+    monkeypatch.setenv("PATH", "/nowhere")
+    assert "apt install rviz" in fails("open_rviz", os.path.join(SOURCE, "config", "rviz", "ratslam.rviz"))
