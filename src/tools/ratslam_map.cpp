@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <optional>
+#include <tuple>
 
 #include "map_export.h"
 #include "ratslam/common/atomic_file.h"
@@ -66,6 +68,13 @@ std::optional<Options> parse(int argc, char** argv) {
                                     ? "merge needs two map files"
                                     : options.second + ": " + options.command + " takes one map file");
   }
+  const bool writes = options.command == "merge" || options.command == "prune" || options.command == "export";
+  for (const auto& [name, given, used] :
+       {std::tuple{"--out", !options.out.empty(), writes},
+        {"--format", !options.format.empty(), options.command == "export"},
+        {"--anchor", !options.anchor.empty(), options.format == "geojson"}}) {
+    if (given && !used) throw std::invalid_argument(std::string(name) + " has no effect here; see --help");
+  }
   return options;
 }
 
@@ -87,9 +96,20 @@ int check(const Options& options) {
   return faults.empty() ? 0 : 1;
 }
 
+/// Whether both names lead to one file, however they are spelt.
+bool isSameFile(const std::string& one, const std::string& other) {
+  std::error_code error;
+  return one == other || std::filesystem::equivalent(one, other, error);
+}
+
+std::string contentOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 void requireOut(const Options& options) {
   if (options.out.empty()) throw std::invalid_argument(options.command + " needs -o FILE");
-  if (options.out == options.file || options.out == options.second)
+  if (isSameFile(options.out, options.file) || isSameFile(options.out, options.second))
     throw std::invalid_argument(options.out + ": it is the map itself");
 }
 
@@ -110,6 +130,8 @@ void prune(const Options& options) {
 void merge(const Options& options) {
   requireOut(options);
   const MapCheckpoint first = loadMapFile(options.file);
+  if (isSameFile(options.file, options.second) || contentOf(options.file) == contentOf(options.second))
+    throw std::invalid_argument(options.second + ": it is the same map as " + options.file);
   const MapCheckpoint second = loadMapFile(options.second);
   requireParameters(options.second, second, first.parameters);
   const MapMerge merged = mergeMaps(first, second);
@@ -123,10 +145,12 @@ void merge(const Options& options) {
 
 MapAnchor parseAnchor(const std::string& text) {
   std::vector<double> numbers;
-  for (const std::string& word : splitCsv(text)) {
+  const std::vector<std::string> words = splitCsv(text);
+  for (const std::string& word : words) {
     if (double number = 0.0; parseNumber(word, number)) numbers.push_back(number);
   }
-  if (numbers.size() != 3 || !(std::abs(numbers[0]) < 90.0) || !(std::abs(numbers[1]) <= 180.0)) {
+  if (words.size() != 3 || numbers.size() != 3 || !(std::abs(numbers[0]) < 90.0) ||
+      !(std::abs(numbers[1]) <= 180.0)) {
     throw std::invalid_argument("--anchor '" + text + "': it must be LAT,LON,BEARING in degrees");
   }
   return {numbers[0], numbers[1], numbers[2]};
@@ -134,6 +158,11 @@ MapAnchor parseAnchor(const std::string& text) {
 
 void exportMap(const Options& options) {
   requireOut(options);
+  if (options.format.empty())
+    throw std::invalid_argument("export needs --format: tum, yaml, graphml or geojson");
+  if (std::filesystem::is_regular_file(options.out) &&
+      contentOf(options.out).rfind("SQLite format 3", 0) == 0)
+    throw std::invalid_argument(options.out + ": it is a map or another database and is not overwritten");
   AtomicFile out(options.out);
   const MapCheckpoint map = loadMapFile(options.file);
   if (options.format == "tum") {

@@ -230,3 +230,40 @@ def test_what_cannot_be_merged_is_said_in_one_line(programs, drive, parts, tmp_p
         assert done.returncode == 1 and done.stderr.startswith(f"ratslam_map: {complaint}"), done.stderr
         assert done.stderr.count("\n") == 1
         assert not both.exists()
+
+
+def test_no_map_is_overwritten_under_another_name(programs, parts, tmp_path):
+    path, other = tmp_path / "map.db", tmp_path / "other.db"
+    shutil.copy(parts / "first.db", path)
+    shutil.copy(parts / "second.db", other)
+    os.symlink(path, tmp_path / "symbolic.db")
+    os.link(path, tmp_path / "hard.db")
+    for out in (f"{tmp_path}/./map.db", tmp_path / "symbolic.db", tmp_path / "hard.db"):
+        for words in (("prune", path), ("merge", path, other), ("merge", other, path), ("export", path, "--format", "tum")):
+            done = call(programs[2], *words, "-o", out)
+            assert done.returncode == 1 and done.stderr == f"ratslam_map: {out}: it is the map itself\n", done.stderr
+    done = call(programs[2], "export", path, "--format", "tum", "-o", other)
+    assert done.returncode == 1 and "other.db: it is a map or another database and is not overwritten" in done.stderr
+    assert filecmp.cmp(path, parts / "first.db", shallow=False) and filecmp.cmp(other, parts / "second.db", shallow=False)
+
+
+def test_a_map_is_not_merged_with_itself(programs, parts, tmp_path):
+    shutil.copy(parts / "first.db", tmp_path / "copy.db")
+    for second in (parts / "first.db", tmp_path / "copy.db"):
+        done = call(programs[2], "merge", parts / "first.db", second, "-o", tmp_path / "both.db")
+        assert done.returncode == 1 and f"{second}: it is the same map as" in done.stderr, done.stderr
+    assert not (tmp_path / "both.db").exists()
+
+
+def test_what_has_no_effect_on_a_map_is_refused(programs, parts, tmp_path):
+    out = ("-o", tmp_path / "out")
+    for words, complaint in (
+        (("info", *out), "--out has no effect here"),
+        (("check", "--format", "tum"), "--format has no effect here"),
+        (("export", "--format", "tum", "--anchor=1,2,3", *out), "--anchor has no effect here"),
+        (("export", "--format", "geojson", "--anchor=1,x,2,3", *out), "must be LAT,LON,BEARING"),
+        (("export", *out), "export needs --format"),
+    ):
+        done = call(programs[2], words[0], parts / "first.db", *words[1:])
+        assert done.returncode == 1 and complaint in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    assert not (tmp_path / "out").exists()
