@@ -5,10 +5,12 @@ import signal
 import sys
 import xmlrpc.client
 
+import rosbag
 import rosgraph
 import rosnode
 import rostest
 from sensor_msgs.msg import Image
+from std_msgs.msg import String
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
@@ -87,6 +89,21 @@ class Launches(harness.FolderTest):
             self.assertEqual(late[0].header.stamp, early[topic][-1].header.stamp)
         self.assertEqual(self.launched.interrupt(30.0), 0)
 
+    def test_a_wrong_switch_or_odometry_is_named_before_anything_starts(self):
+        for arguments, said in (({"odometry": "sonar"}, "odometry:=sonar is not allowed: orb, profile or external"),
+                                ({"compressed": "yes"}, "compressed:=yes.* is not allowed: true or false"),
+                                ({"keep": "no"}, "keep:=no.* is not allowed: true or false"),
+                                ({"localise_only": 2}, "localise_only:=2.* is not allowed: true or false")):
+            launched = self.start(**arguments)
+            self.assertEqual(launched.ended(30.0), 1, launched.output())
+            self.assertEqual(launched.count(said), 1, launched.output())
+            self.assertEqual(launched.count("process\\["), 0, launched.output())
+
+    def test_a_bag_may_have_any_name(self):
+        os.link(self.path("drive.bag"), self.path("rat's \"drive\" 1.bag"))
+        self.assertEqual(self.start(bag="rat's \"drive\" 1.bag").ended(90.0), 0, self.launched.output())
+        self.assertIn("the map has processed the last image", self.launched.output())
+
     def test_a_bag_that_is_not_there_is_named_with_its_whole_path(self):
         self.assertNotEqual(self.start(bag="no.bag").ended(60.0), None, self.launched.output())
         self.assertRegex(self.launched.output(), os.path.join(self.folder, "no.bag") + ": not a readable bag")
@@ -95,7 +112,11 @@ class Launches(harness.FolderTest):
     def test_what_cannot_be_played_is_one_line(self):
         with open(self.path("other.mcap"), "wb") as file:
             file.write(b"\x89MCAP0\r\n" + bytes(100))
-        for arguments, said in (({"bag": "other.mcap"}, "other.mcap: not a readable bag: .*ROS 2"),
+        with rosbag.Bag(self.path("words.bag"), "w") as bag:
+            bag.write("/drive/camera/image/compressed", String("no image"), harness.stamp(harness.START_NS))
+        for arguments, said in (({"bag": "words.bag"},
+                                 "/compressed holds no sensor_msgs/CompressedImage, but std_msgs/String; the bag has"),
+                                ({"bag": "other.mcap"}, "other.mcap: not a readable bag: .*ROS 2"),
                                 ({"rate": 0}, "--rate: value '0' is not allowed"),
                                 ({"rate": "fast"}, "--rate: value 'fast' is not allowed"),
                                 ({"rate": "nan"}, "--rate: value 'nan' is not allowed"),
