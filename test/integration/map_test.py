@@ -126,6 +126,15 @@ class Map(harness.NodeTest):
         self.assertEqual([t for message in transforms for t in message.transforms], [])
         self.assertEqual(self.node.count("map_frame is empty"), 1, self.node.output())
 
+    def test_the_odometry_has_another_frame_than_the_map_or_no_transform_is_broadcast(self):
+        self.start(map_frame="odom")
+        transforms = self.listen("/tf", tf2_msgs.msg.TFMessage)
+        poses = self.listen("ExperienceMap/RobotPose", PoseStamped)
+        self.drive_by_actions()
+        self.assertTrue(harness.wait_until(lambda: poses))
+        self.assertEqual([t for message in transforms for t in message.transforms], [])
+        self.assertEqual(self.node.count("map_frame: 'odom' is also the frame of the odometry"), 1, self.node.output())
+
     def test_states_rule_out_actions_and_everything_is_published(self):
         states = rospy.Publisher(self.root + "/PoseCell/State", PoseCellState, queue_size=1000)
         self.start()

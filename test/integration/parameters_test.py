@@ -32,6 +32,11 @@ class Parameters(harness.FolderTest):
     def test_wrong_type(self):
         self.assert_fatal(self.start("ratslam_pc", pc_dim_xy="wide"), "pc_dim_xy", "wide", "whole number")
 
+    def test_names_that_are_none(self):
+        for name in NODES:
+            self.assert_fatal(self.start(name, "__ns:=r 1"), name, "[/r 1] is invalid")
+            self.assert_fatal(self.start(name, "__name:=a/b"), name, "a/b")
+
     def test_out_of_range(self):
         self.assert_fatal(self.start("ratslam_pc", pc_dim_xy=0), "pc_dim_xy: value 0", "[1, 4096]")
         self.assert_fatal(self.start("ratslam_em", exp_correction=0.75), "exp_correction: value 0.75", "0.5")

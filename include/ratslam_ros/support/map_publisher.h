@@ -21,7 +21,7 @@ class MapPublisher {
   void publishPoses(const ExperienceMap& map, const std::vector<Stamp>& processed, OdometryFrame& odometry);
 
   /// Sets the name of the odometry's frame, if messages name another one than the parameters.
-  void setOdometryFrame(const std::string& name) { odometry_frame_ = name; }
+  void setOdometryFrame(const std::string& name);
 
   /// Publishes the robot's pose at the newest decision with its covariance.
   void publishCovariance(const ExperienceMap& map, Stamp stamp);

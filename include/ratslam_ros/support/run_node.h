@@ -24,7 +24,12 @@ struct HasFinish<Node, std::void_t<decltype(std::declval<Node&>().finish())>> : 
 /// @return exit code of the program
 template <class Node>
 int runNode(int argc, char** argv, const std::string& name) {
-  ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
+  try {
+    ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
+  } catch (const std::exception& e) {  // a name or namespace that is none
+    ROS_FATAL("%s: %s", name.c_str(), e.what());
+    return 1;
+  }
   ros::NodeHandle handle;  // both outlive the catch, because its message would be lost without them
   ros::NodeHandle private_handle("~");
   try {

@@ -34,6 +34,16 @@ MapPublisher::MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bo
   if (with_scale) scale_ = handle.advertise<std_msgs::Float64>(topic("ExperienceMap/Scale"), kSendQueue);
 }
 
+void MapPublisher::setOdometryFrame(const std::string& name) {
+  odometry_frame_ = name;
+  if (!params_.publish_tf || name != params_.map_frame) return;
+  ROS_WARN(
+      "map_frame: '%s' is also the frame of the odometry: no transform between them is broadcast; set "
+      "another",
+      name.c_str());
+  params_.publish_tf = false;
+}
+
 std_msgs::Header MapPublisher::header() const {
   std_msgs::Header header;
   header.stamp = stampToRos(newest_);

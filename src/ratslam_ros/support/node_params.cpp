@@ -19,6 +19,13 @@ void requireFrame(const std::string& key, const std::string& value) {
   }
 }
 
+/// A transform from a frame to itself, or round in a circle, is what tf2 refuses in every listener.
+void requireOther(const std::string& key, const std::string& value, const std::string& other_key,
+                  const std::string& other) {
+  if (!value.empty() && value == other)
+    throwBadValue(key, "'" + value + "'", "it must be another frame than " + other_key);
+}
+
 }  // namespace
 
 std::string NodeParams::odomFrame(const std::string& in_messages) const {
@@ -38,6 +45,11 @@ void NodeParams::validate() const {
   if (!map_frame.empty()) requireFrame("map_frame", map_frame);
   if (!odom_frame.empty()) requireFrame("odom_frame", odom_frame);
   requireFrame("base_frame", base_frame);
+  if (publish_tf) {
+    requireOther("map_frame", map_frame, "odom_frame", odom_frame);
+    requireOther("map_frame", map_frame, "base_frame", base_frame);
+    requireOther("base_frame", base_frame, "odom_frame", odom_frame);
+  }
 }
 
 }  // namespace ratslam

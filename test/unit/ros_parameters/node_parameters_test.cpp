@@ -104,6 +104,20 @@ INSTANTIATE_TEST_SUITE_P(Keys, BadNodeParams,
                                            BadValue{"odom_frame", "/odom", "slash"}),
                          [](const auto& test) { return test.param.key; });
 
+INSTANTIATE_TEST_SUITE_P(
+    FramesOfOneTree, BadNodeParams,
+    ::testing::Values(BadValue{"map_frame", "base_link", "another frame than base_frame"},
+                      BadValue{"base_frame", "map", "another frame than base_frame"},
+                      BadValue{"odom_frame", "map", "another frame than odom_frame"},
+                      BadValue{"odom_frame", "base_link", "another frame than odom_frame"}));
+
+TEST(Frames, MayBeOneWhereNoneIsBroadcast) {
+  ParameterMap map;
+  map.setFromAssignment("map_frame=base_link");
+  map.setFromAssignment("publish_tf=false");
+  EXPECT_NO_THROW(readParams<NodeParams>(map));
+}
+
 TEST(UnknownKeys, AreNamedWithTheNearestKnownOne) {
   ParameterMap map;
   map.setFromAssignment("sync_timout=3");
