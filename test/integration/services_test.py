@@ -95,7 +95,8 @@ class Services(chain.ChainTest):
         os.makedirs(os.path.join(self.map_dir, "monday"))
         os.symlink(self.home, os.path.join(self.map_dir, "elsewhere"))
         os.symlink(os.path.join(self.home, "secret.db"), os.path.join(self.map_dir, "link.db"))
-        for path, expected in (("../lap.db", "must not lead upwards"), ("monday/../../lap.db", "must not lead upwards"),
+        for path, expected in (("a\nb.db", "control characters"), ("lap.db\0", "control characters"),
+                               (300 * "x" + ".db", "must not be longer than 200 bytes"), ("../lap.db", "must not lead upwards"), ("monday/../../lap.db", "must not lead upwards"),
                                (os.path.join(self.home, "lap.db"), "inside " + self.map_dir), ("elsewhere/lap.db", "symbolic link"),
                                ("link.db", "symbolic link"), ("tuesday/lap.db", "there is no folder"), ("monday", "it is a folder"),
                                ("lap.txt", "must end in .db"), ("local_view.a.db", "no other dot")):

@@ -1,12 +1,18 @@
 #include "ratslam_ros/support/inside_folder.h"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <stdexcept>
+
+#include "ratslam/common/text_file.h"
 
 namespace ratslam {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kLongestName = 200;  ///< of a file system 255; endings are added to it
 
 /// Finds the folder that contains `path` by name. @return the rest of the path; empty if no folder does
 fs::path restWithin(const fs::path& path, const std::vector<std::string>& folders, fs::path& folder) {
@@ -34,8 +40,14 @@ std::string pathInside(const std::string& path, const std::vector<std::string>& 
   };
   if (allowed.empty()) refuse("no folder is allowed: the parameter map_dir is not set");
   if (path.empty()) refuse("it must name a file inside " + allowed);
+  if (std::any_of(path.begin(), path.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }))
+    throw std::runtime_error("path '" + shown(path) + "': it must not hold control characters");
   for (const fs::path& part : fs::path(path)) {
     if (part == "..") refuse("it must not lead upwards (..)");
+    if (part.string().size() > kLongestName) {
+      throw std::runtime_error("path '" + shown(path) + "': a name must not be longer than " +
+                               std::to_string(kLongestName) + " bytes");
+    }
   }
   fs::path folder;
   const fs::path rest = restWithin(path, folders, folder);
