@@ -7,7 +7,7 @@ import sys
 import dynamic_reconfigure.client
 import rospy
 import rostest
-from dynamic_reconfigure.msg import Config, IntParameter
+from dynamic_reconfigure.msg import Config, DoubleParameter, IntParameter, StrParameter
 from dynamic_reconfigure.srv import Reconfigure
 from ratslam_ros.msg import ParameterChange
 
@@ -59,6 +59,13 @@ class Reconfiguration(harness.FolderTest):
             ask(Config(ints=[IntParameter("pc_global_inhib", 2)]))
         self.assertTrue(self.launched.said(r"pc_global_inhib: value 2 is not allowed"), self.launched.output())
         self.assertEqual(client.get_configuration()["pc_global_inhib"], 0.00002)
+        with self.assertRaises(rospy.ServiceException):
+            ask(Config(strs=[StrParameter("pc_global_inhib", "much")]))
+        self.assertTrue(self.launched.said("pc_global_inhib: value 'much' is not allowed"), self.launched.output())
+        ask = rospy.ServiceProxy("/ratslam_em/set_parameters", Reconfigure)
+        with self.assertRaises(rospy.ServiceException):
+            ask(Config(doubles=[DoubleParameter("exp_loops", 2.5)]))
+        self.assertTrue(self.launched.said("exp_loops: value 2.5 is not allowed: a whole number"), self.launched.output())
 
 
 if __name__ == "__main__":

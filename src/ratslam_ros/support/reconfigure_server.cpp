@@ -4,8 +4,11 @@
 #include <ros/console.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
+
+#include "ratslam/common/text_file.h"
 
 namespace ratslam {
 
@@ -75,6 +78,9 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
                                     [&name](const ReconfigurableField& known) { return known.name == name; });
     if (field == wanted.end())
       throw std::invalid_argument(name + ": it cannot be changed while the node runs");
+    if (field->whole && value != std::floor(value))
+      throw std::invalid_argument(name + ": value " + numberText(value, false) +
+                                  " is not allowed: a whole number");
     if (field->value == value) return;
     field->value = value;
     changed[name] = numberText(value, field->whole);
@@ -84,7 +90,8 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
     for (const auto& parameter : request.config.ints) set(parameter.name, parameter.value);
     for (const auto& parameter : request.config.bools) set(parameter.name, parameter.value);
     for (const auto& parameter : request.config.strs) {
-      throw std::invalid_argument(parameter.name + ": it cannot be changed while the node runs");
+      throw std::invalid_argument(parameter.name + ": value '" + shown(parameter.value) +
+                                  "' is not allowed: what can be changed while the node runs are numbers");
     }
     if (!changed.empty()) apply_(changed);
   } catch (const std::exception& e) {
