@@ -10,7 +10,7 @@ import pytest
 
 from conftest import built
 from ratslam_tools.cli import reproduce_records, suggest_parameters
-from ratslam_tools.datasets import flat_yaml
+from ratslam_tools.datasets import flat_yaml, image_message
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import runner, suggestion
 from ratslam_tools.trajectory import frames, write_kitti
@@ -73,15 +73,57 @@ def test_images_are_turned_as_a_run_turns_them():
 
 def test_the_images_of_a_bag_are_those_of_the_topic_that_is_named(tmp_path):
     rosbag = pytest.importorskip("rosbag")
-    from cv_bridge import CvBridge
+    from sensor_msgs.msg import Image
 
     with rosbag.Bag(str(tmp_path / "two.bag"), "w") as bag:
         for name, grey in (("/back", 10), ("/front", 200)):
-            bag.write(name, CvBridge().cv2_to_imgmsg(np.full((4, 5), grey, np.uint8), "mono8"))
+            bag.write(name, Image(height=4, width=5, step=5, encoding="mono8", data=bytes([grey] * 20)))
     for topic, grey in ((None, 10), ("/front", 200)):
         assert suggestion.sample_images(str(tmp_path / "two.bag"), 10, topic=topic)[0].mean() == grey
     with pytest.raises(InputError, match="no topic of images /left, but /back, /front"):
         suggestion.sample_images(str(tmp_path / "two.bag"), 10, topic="/left")
+
+
+@pytest.mark.parametrize(
+    "encoding, size, pixel, grey",
+    [
+        ("mono8", 1, [77], 77),
+        ("8UC1", 1, [77], 77),
+        ("mono16", 2, [1, 77], 77),
+        ("rgb8", 3, [255, 0, 0], 76),
+        ("bgr8", 3, [255, 0, 0], 29),
+        ("rgba8", 4, [255, 0, 0, 9], 76),
+        ("bgra8", 4, [255, 0, 0, 9], 29),
+        ("yuv422", 2, [128, 77], 77),
+    ],
+)
+def test_an_image_message_is_read_as_its_encoding_says(encoding, size, pixel, grey):
+    """Red is 76 and blue 29 of 255 in grey (ITU-R BT.601)."""
+    row = pixel * 6 + [0] * 3  # rows may be longer than their pixels
+    message = types.SimpleNamespace(encoding=encoding, height=4, width=6, step=6 * size + 3, data=bytes(row * 4), is_bigendian=0)
+    image = image_message.grey(message)
+    assert image.shape == (4, 6) and image.dtype == np.uint8 and (image == grey).all()
+    message.is_bigendian = 1
+    assert (image_message.grey(message) == (1 if encoding == "mono16" else grey)).all()
+    message.data = message.data[:-4]
+    with pytest.raises(ValueError, match="bytes do not hold 6x4 pixels of"):
+        image_message.grey(message)
+
+
+@pytest.mark.parametrize("pattern, red, blue", [("rggb", 0, 3), ("bggr", 3, 0), ("grbg", 1, 2), ("gbrg", 2, 1)])
+def test_a_bayer_pattern_has_its_colours_where_it_says(pattern, red, blue):
+    def seen(lit):
+        block = [255 if place == lit else 0 for place in range(4)]
+        rows = [(block[:2] * 8, block[2:] * 8)[row % 2] for row in range(16)]
+        message = types.SimpleNamespace(encoding=f"bayer_{pattern}8", height=16, width=16, step=16, data=bytes(sum(rows, [])), is_bigendian=0)
+        return image_message.grey(message)[4:12, 4:12].mean()
+
+    assert abs(seen(red) - 76) < 3 and abs(seen(blue) - 29) < 3
+
+
+def test_an_unknown_encoding_is_named():
+    with pytest.raises(ValueError, match="encoding 'jet' is none of mono8, 8UC1"):
+        image_message.grey(types.SimpleNamespace(encoding="jet"))
 
 
 def stand_in(critical, closes_at=0.2):

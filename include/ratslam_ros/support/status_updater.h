@@ -35,7 +35,7 @@ class DiagnosticStatus : public diagnostic_msgs::DiagnosticStatus {
     level = new_level;
     message = words;
   }
-  /// @param format  as for printf
+  /// The words are formatted as by printf.
   __attribute__((format(printf, 3, 4))) void summaryf(unsigned char new_level, const char* format, ...) {
     char words[1000];
     va_list arguments;

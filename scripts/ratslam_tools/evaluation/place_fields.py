@@ -74,7 +74,7 @@ def autocorrelation(rate_map: np.ndarray, least_overlap: int = 20) -> np.ndarray
         covariance = correlate(values, values) - sum_a * sum_b / count
         deviation = np.sqrt((square_a - sum_a**2 / count) * (square_b - sum_b**2 / count))
         result = covariance / deviation
-    return np.where((count >= least_overlap) & (deviation > 1e-12), result, np.nan)
+        return np.where((count >= least_overlap) & (deviation > 1e-12), result, np.nan)
 
 
 def symmetry_score(correlogram: np.ndarray, fold: int, inner: float, outer: float) -> float:

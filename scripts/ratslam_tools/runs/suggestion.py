@@ -14,7 +14,7 @@ from typing import Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from ratslam_tools.datasets import images
+from ratslam_tools.datasets import image_message, images
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import run_folder
 
@@ -54,7 +54,6 @@ def turn(sampled: List[np.ndarray], degrees: Optional[str]) -> List[np.ndarray]:
 
 def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> List[np.ndarray]:
     import cv2
-    from cv_bridge import CvBridge, CvBridgeError
 
     from ratslam_tools.datasets import bags  # ROS is needed here only
 
@@ -75,10 +74,10 @@ def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> Lis
                 continue
             try:
                 if hasattr(message, "encoding"):
-                    sampled.append(CvBridge().imgmsg_to_cv2(message, "mono8"))
+                    sampled.append(image_message.grey(message))
                 else:
                     sampled.append(images.decode(bytes(message.data), colour=False))
-            except (CvBridgeError, cv2.error, ValueError, TypeError) as error:
+            except (cv2.error, ValueError, TypeError) as error:
                 reason = str(error).split("\n", maxsplit=1)[0]
     if not sampled:
         raise InputError(f"{path}: {named[0]}: no image can be read{': ' + reason if reason else ''}")

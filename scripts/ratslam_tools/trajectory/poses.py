@@ -133,7 +133,8 @@ def read_times(path: str) -> np.ndarray:
         commas = "; write decimals with points, not commas" if table.shape[1] == 2 else ""
         raise InputError(f"{path}: {table.shape[1]} columns; a file of times has one, in seconds{commas}")
     times = table[:, 0]
-    wrong = np.flatnonzero(~((times >= 0) & (times < MAX_TIME_S)))
+    with np.errstate(invalid="ignore"):  # older numpy warns when it compares a NaN
+        wrong = np.flatnonzero(~((times >= 0) & (times < MAX_TIME_S)))
     if len(wrong):
         raise InputError(
             f"{path}: time {wrong[0] + 1} ({times[wrong[0]]:g} s) lies outside 0 to 2^32 s; times are in seconds"
@@ -167,7 +168,7 @@ def read_trajectory(
         expected = f"{COLUMNS[form]} ({form.upper()})" if form in COLUMNS else "8 (TUM) or 12 (KITTI)"
         raise InputError(f"{path}: {columns} columns; {expected} are expected")
     if form == "tum":
-        bad = np.flatnonzero(~np.isfinite(table).all(axis=1) | (np.abs(table) > MAX_NUMBER).any(axis=1))
+        bad = np.flatnonzero(~(np.isfinite(table) & (np.abs(np.nan_to_num(table)) <= MAX_NUMBER)).all(axis=1))
         if len(bad):
             raise InputError(f"{path}: pose {bad[0] + 1} has a NaN, infinite or immense value")
         if (np.linalg.norm(table[:, 4:], axis=1) < 1e-6).any():
