@@ -94,7 +94,9 @@ class Map(harness.NodeTest):
         self.check_square(maps)
 
     def test_every_signal_that_ends_a_node_leaves_the_trajectories(self):
+        root = self.root
         for number in (signal.SIGTERM, signal.SIGHUP):
+            self.root = f"{root}/{number.name}"  # where nothing of the node before is left in a connection
             self.start()
             maps = self.listen("ExperienceMap/Map", TopologicalMap)
             self.drive_by_actions()
@@ -105,7 +107,6 @@ class Map(harness.NodeTest):
                 self.assertGreater(os.path.getsize(self.trajectory + ending), 100)
                 os.remove(self.trajectory + ending)
             self.assertEqual([name for name in os.listdir(self.folder) if name.endswith(".part")], [])
-            del maps[:]
 
     def test_trajectories_that_cannot_be_written_are_said_at_the_start(self):
         os.makedirs(os.path.join(self.folder, self.name + "_final.tum"))
