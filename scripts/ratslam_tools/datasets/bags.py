@@ -179,6 +179,17 @@ def read_trajectory_topic(path: str, topic: str) -> Trajectory:
     return Trajectory(positions, geometry.matrices_from_quaternions(quaternions), stamps, topic).check()
 
 
+def image_count(path: str) -> int:
+    """Number of images on the only topic of images of a bag. @throws InputError if there is none, or another one"""
+    with reading(path) as bag:
+        topics = bag.get_type_and_topic_info().topics
+    kinds = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+    counts = {name: info.message_count for name, info in sorted(topics.items()) if info.msg_type in kinds}
+    if len(counts) != 1:
+        raise InputError(f"{path}: one topic of images is needed; it has {', '.join(counts) or 'none'}")
+    return next(iter(counts.values()))
+
+
 @contextmanager
 def writing(path: str):
     """A bag for writing. It gets its name only when it is complete, so that an interruption leaves no partial bag.

@@ -1,0 +1,84 @@
+"""evaluate_places on a short drive through the town: what it counts, and what it refuses."""
+
+import os
+import shutil
+import subprocess
+
+import pytest
+
+from conftest import built
+
+CONFIG = "template_x_size: 30\ntemplate_y_size: 10\nvt_shift_match: 2\nvt_descriptor: orientation\nvt_recall: belief\n"
+FRAMES = 24
+
+
+@pytest.fixture(scope="module")
+def town(tmp_path_factory):
+    """A folder with a drive as KITTI sequence town/, its images alone in plain/, as a bag, and a configuration."""
+    folder = tmp_path_factory.mktemp("places")
+    program = built("ratslam_town", "ratslam_places")[1]
+    for name in ("town", "town.bag"):
+        words = [program, "--out", folder / name, "--frames", str(FRAMES), "--size", "160x60", "--jpeg-quality", "85"]
+        subprocess.run(list(map(str, words)), check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    shutil.copytree(folder / "town" / "image_0", folder / "plain")
+    (folder / "my.yaml").write_text(CONFIG)
+    return folder
+
+
+def call(run, town, *words):
+    return run("evaluate_places", *words, "--config", "my.yaml", cwd=town)
+
+
+@pytest.mark.parametrize("first", ["town", "plain", "town.bag"])
+def test_images_of_the_first_pass_are_counted_whatever_its_kind(run, town, first):
+    done = call(run, town, first, "plain", "--open", "--min-gap", "1")
+    assert done.returncode == 0, done.stderr
+    assert f"frames that revisit a place: {FRAMES}\n" in done.stdout
+
+
+def test_two_passes_and_one_with_truth_are_judged(run, town):
+    done = call(run, town, "town", "plain", "--plot", "curve.png", "--csv", "answers.csv")
+    assert done.returncode == 0 and f"questions with a right place: {FRAMES} of {FRAMES}\n" in done.stdout, done.stderr
+    assert (town / "curve.png").exists() and len((town / "answers.csv").read_text().splitlines()) == FRAMES + 1
+    for words in (("--min-gap", "10"), ("--min-gap", "10", "--open")):
+        done = call(run, town, "town", "--truth", "town/poses.txt", *words)
+        assert done.returncode == 0, done.stderr
+    done = call(run, town, "town", "plain", "--starts", "2")
+    assert done.returncode == 0 and "starts: 2" in done.stdout, done.stderr
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (("town", "plain", "--tolerance", "-1"), "--tolerance: -1 is not allowed: at least 0"),
+        (("town", "plain", "--starts", "-3"), "--starts: -3 is not allowed: at least 1"),
+        (("town", "plain", "--starts", "0"), "--starts: 0 is not allowed: at least 1"),
+        (("town", "--starts", "3", "--truth", "town/poses.txt"), "--starts: it needs a second pass"),
+        (("town", "plain", "--open", "--starts", "3"), "has no effect with --open"),
+        (("town", "--truth", "town/poses.txt", "--min-gap", "-5"), "--min-gap: -5 is not allowed: at least 1"),
+        (("town", "--truth", "town/poses.txt", "--radius", "-1"), "--radius: -1 is not allowed: above 0 m"),
+        (("town",), "one recording needs --truth"),
+        (("town", "--open"), "one recording needs --truth"),
+        (("town", "plain", "--truth", "town/poses.txt"), "--truth: town/poses.txt has no effect"),
+        (("town", "--truth", "nothing.txt"), "nothing.txt: cannot be read"),
+        (("town", "--truth", "town/times.txt"), "KITTI poses have 12"),
+        (("town", "--truth", "short.txt"), "short.txt: 10 poses; town has at least 24 images"),
+        (("town", "plain", "--plot", "x.png", "--open"), "--plot: with --open and --starts there is no curve"),
+        (("town", "--truth", "town/poses.txt", "--csv", "town/poses.txt"), "--csv: town/poses.txt is read as well"),
+        (("town", "plain", "--csv", "town/times.txt"), "--csv: town/times.txt is read as well"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_anything_runs(run, town, words, complaint):
+    poses = (town / "town" / "poses.txt").read_text()
+    (town / "short.txt").write_text("".join(poses.splitlines(True)[:10]))
+    times = (town / "town" / "times.txt").read_text()
+    done = call(run, town, *words)
+    assert done.returncode == 1 and complaint in done.stderr and done.stderr.count("\n") == 1, done.stdout + done.stderr
+    assert (town / "town" / "poses.txt").read_text() == poses and (town / "town" / "times.txt").read_text() == times
+
+
+def test_pictures_have_an_ending_of_pictures(run, town):
+    for name in ("x.foo", "plain"):
+        done = call(run, town, "town", "plain", "--plot", name)
+        assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert not os.path.exists(town / "x.foo")
