@@ -158,6 +158,17 @@ def test_report_holds_everything_and_fetches_nothing(folder, tmp_path):
     assert "pc_dim_xy" in text and "100.0 %" in text and "@media print" in text
 
 
+def test_no_file_of_a_run_or_its_truth_is_overwritten(folder, tmp_path, fails):
+    run, known = folder, tmp_path / "truth.tum"
+    for words in (
+        ("report", run, "--out", run / "templates.csv"),
+        ("report", run, "--truth", known, "--out", known),
+        ("plot_run", run, "--truth", known, "--save_results", run / "trajectory_final.tum"),
+    ):
+        assert "is read as well and would be overwritten" in fails(*words)
+    assert "--t_max_diff: -1 is not allowed" in fails("report", run, "--truth", known, "--t_max_diff", "-1")
+
+
 @pytest.mark.parametrize("layout", ["beside", "benchmark"])
 def test_truth_finds_its_times(tmp_path, drive, layout):
     known = drive()

@@ -14,6 +14,7 @@ from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
 from ratslam_tools.cli import sweep
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import grid
+from ratslam_tools.trajectory import write_tum
 
 
 @pytest.mark.parametrize(
@@ -101,6 +102,36 @@ def test_sweep_computes_orb_odometry_once_where_nothing_varied_can_change_it(
     assert sum("--odometry orb" in call for call in calls(program)) == runs_from_images
     from_file = f"--odometry {tmp_path / 'out' / 'odometry' / 'odometry.csv'}"
     assert sum(from_file in call for call in calls(program)) == (2 if runs_from_images == 1 else 0)
+
+
+def test_a_changed_configuration_or_truth_is_computed_anew(program, tmp_path, drive):
+    words = sweep_words(program, tmp_path, "other=1,2")
+    words[words.index("c.yaml")] = str(tmp_path / "c.yaml")
+    (tmp_path / "c.yaml").write_text("exp_loops: 5\n")
+    for _ in range(2):
+        sweep.main(words)
+        assert len(calls(program)) == 2
+    (tmp_path / "c.yaml").write_text("exp_loops: 6\n")
+    sweep.main(words)
+    assert len(calls(program)) == 4
+    write_tum(tmp_path / "truth.tum", drive(150))
+    sweep.main(words)
+    assert len(calls(program)) == 6
+    sweep.main(words + ["--t_max_diff", "0.02"])
+    assert len(calls(program)) == 8
+    with pytest.raises(InputError, match="--t_max_diff: -1 is not allowed"):
+        sweep.main(words + ["--t_max_diff", "-1"])
+
+
+def test_results_that_are_none_are_computed_anew_and_not_merged(program, tmp_path):
+    words = sweep_words(program, tmp_path, "other=1,2")
+    sweep.main(words)
+    for content in ("[1]", '{"figures": 3}', '{"figures": {"a": "b"}}', "{"):
+        (tmp_path / "out" / "runs" / "other=1" / "result.json").write_text(content)
+        with pytest.raises(InputError, match="other=1/result.json: not "):
+            sweep.main(words + ["--merge", str(tmp_path / "out")])
+    sweep.main(words)
+    assert len(calls(program)) == 3
 
 
 def test_what_follows_two_dashes_is_passed_on(program, tmp_path):

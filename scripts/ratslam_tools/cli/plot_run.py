@@ -3,9 +3,9 @@
 import argparse
 import os
 
-from ratslam_tools import evaluation, plotting
+from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.datasets import truth
-from ratslam_tools.errors import finite
+from ratslam_tools.errors import InputError, finite
 from ratslam_tools.runs import recorded_run, run_figures
 from ratslam_tools.table import format_table
 
@@ -30,8 +30,17 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
     )
 
 
+def require_own_output(option: str, path, arguments) -> None:
+    """@throws InputError if a file to write is one of the run or of its truth. Pages and pictures may be replaced."""
+    left = os.listdir(arguments.folder) if os.path.isdir(arguments.folder) else []
+    kept = [os.path.join(arguments.folder, name) for name in left if name.endswith((".tum", ".csv", ".json", ".yaml", ".npz", ".db"))]
+    text_file.require_other(option, path, [*kept, arguments.folder, arguments.truth, arguments.times])
+
+
 def aligned_run(arguments) -> run_figures.Aligned:
     """The run of parsed options, aligned with its truth if there is one."""
+    if arguments.t_max_diff < 0.0:
+        raise InputError(f"--t_max_diff: {arguments.t_max_diff:g} is not allowed: at least 0 s")
     known = None if arguments.truth is None else truth.read_truth(arguments.truth, arguments.times)
     return run_figures.Aligned(recorded_run.open_run(arguments.folder), known, arguments.t_max_diff)
 
@@ -65,6 +74,7 @@ def main(argv=None) -> None:
     part.add_argument("--timing_only", action="store_true", help="the time of each module alone")
     parser.add_argument("--save_results", metavar="FILE.json", help="write the errors")
     arguments = parser.parse_args(argv)
+    require_own_output("--save_results", arguments.save_results, arguments)
     aligned = aligned_run(arguments)
     beside = os.path.splitext(arguments.folder)[0] + "_run.png"  # of a bag or the nodes' files
     path = arguments.out or (

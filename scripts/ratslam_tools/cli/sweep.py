@@ -68,6 +68,8 @@ def main(argv=None) -> None:
     own, more = runner.split(argv)
     arguments = parser.parse_args(own)
     arguments.more = more
+    if arguments.t_max_diff < 0.0:
+        raise InputError(f"--t_max_diff: {arguments.t_max_diff:g} is not allowed: at least 0 s")
     if arguments.jobs is not None and arguments.jobs < 1:
         raise InputError(f"--jobs: {arguments.jobs} is not allowed: at least 1")
     if os.path.exists(arguments.out) and not os.path.isdir(arguments.out):

@@ -5,6 +5,7 @@ stopped, and a sweep divided among machines is merged.
 """
 
 import csv
+import hashlib
 import itertools
 import json
 import os
@@ -93,6 +94,14 @@ def evaluate(folder: str, known, t_max_diff: float) -> Dict[str, float]:
     return figures
 
 
+def _judge(known, t_max_diff: float) -> str:
+    """What identifies the truth and how stamps are matched with it."""
+    if known is None:
+        return "no truth"
+    values = np.ascontiguousarray(np.hstack([known.stamps[:, None], known.positions]))
+    return f"{hashlib.sha256(values.tobytes()).hexdigest()} within {t_max_diff:g} s"
+
+
 class Sweep:
     """The runs of one grid in one output folder."""
 
@@ -105,9 +114,10 @@ class Sweep:
         self.words_of, self.points, self.out = words_of, points, out
         self.known, self.t_max_diff, self.keep = known, t_max_diff, keep
         self.runner = runner.Runner()
+        self.judged_by = _judge(known, t_max_diff)
 
     def finished(self, point: Dict[str, str]):
-        """Earlier results of a point by the same command, or None."""
+        """Earlier results of a point by the same command, from the same files, judged by the same truth; or None."""
         path = os.path.join(self.out, "runs", folder_name(point), RESULT)
         if not os.path.isfile(path):
             return None
@@ -116,7 +126,14 @@ class Sweep:
                 record = json.load(file)
         except (OSError, ValueError):
             return None  # was cut off while it was written; compute it again
-        return record.get("figures") if record.get("command") == self._command(point) else None
+        if not isinstance(record, dict):
+            return None
+        same = all(record.get(key) == value for key, value in self._origin(self._command(point)).items())
+        return record.get("figures") if same else None
+
+    def _origin(self, words: List[str]) -> dict:
+        """What a result depends on."""
+        return {"command": words, "inputs": runner.inputs_of(words), "judged_by": self.judged_by}
 
     def _command(self, point: Dict[str, str]) -> List[str]:
         return self.words_of(point, os.path.join(self.out, "runs", folder_name(point)))
@@ -134,7 +151,7 @@ class Sweep:
                 if name not in ("summary.json", RESULT):
                     os.unlink(os.path.join(folder, name))
         part = os.path.join(folder, RESULT + ".part")
-        evaluation.write_json(part, {"command": words, "settings": point, "figures": figures})
+        evaluation.write_json(part, {**self._origin(words), "settings": point, "figures": figures})
         os.replace(part, os.path.join(folder, RESULT))
         return figures
 
@@ -296,7 +313,10 @@ def merge(folders: List[str], points):
         for folder in folders:
             path = os.path.join(folder, "runs", folder_name(point), RESULT)
             if os.path.isfile(path):
-                found[index] = run_folder.read_json(path).get("figures", {})
+                figures = run_folder.read_json(path).get("figures")
+                if not isinstance(figures, dict) or not all(isinstance(value, (int, float)) for value in figures.values()):
+                    raise InputError(f"{path}: not the result of a run: its figures are not numbers by name")
+                found[index] = figures
                 break
     return found, [folder_name(point) for index, point in enumerate(points) if index not in found]
 

@@ -1,5 +1,6 @@
 """Finding and calling ratslam_run."""
 
+import hashlib
 import os
 import shutil
 import subprocess
@@ -96,24 +97,43 @@ def option(words: Sequence[str], name: str) -> Optional[str]:
     return None
 
 
+CONTENT_BYTES = 1 << 20  # of larger files, such as bags, size and time of change stand for the content
+
+
+def inputs_of(words: Sequence[str]) -> Dict[str, str]:
+    """What identifies the content of the files that a command names: a run is repeated if one of them has changed."""
+    found = {}
+    for word in words[1:]:
+        if os.path.isfile(word):
+            state = os.stat(word)
+            if state.st_size <= CONTENT_BYTES:
+                with open(word, "rb") as file:
+                    found[word] = hashlib.sha256(file.read()).hexdigest()
+            else:
+                found[word] = f"{state.st_size} bytes of {state.st_mtime_ns} ns"
+    return found
+
+
 def run_once(words: List[str], folder: str) -> str:
-    """Runs a command that creates `folder`, unless the same command has created it before. Returns the folder.
+    """Runs a command that creates `folder`, unless the same command has created it before from the same files. Returns the
+    folder.
 
     A folder of another command is replaced. One that this function has not made is left alone: it may hold a
     recording. @throws InputError as Runner.run.
     """
     done = os.path.join(folder, "command.json")
     known = run_folder.read_json(done) if os.path.isfile(done) else {}
-    if known.get("command") == words and known.get("complete", True):
+    origin = {"command": words, "inputs": inputs_of(words)}
+    if known == {**origin, "complete": True}:
         return folder
     if not known and os.path.exists(folder) and not (os.path.isdir(folder) and not os.listdir(folder)):
         raise InputError(f"{folder}: not replaced by a run: it exists, and no run of this tool has left it; give another --out")
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
     # Written first, so that what an interrupted run leaves is known as such.
-    evaluation.write_json(done, {"command": words, "complete": False})
+    evaluation.write_json(done, {**origin, "complete": False})
     Runner().run(words)
-    evaluation.write_json(done, {"command": words, "complete": True})
+    evaluation.write_json(done, {**origin, "complete": True})
     return folder
 
 
