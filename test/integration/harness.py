@@ -241,6 +241,29 @@ def wait_until(condition, timeout=15.0, step=0.05):
     return condition()
 
 
+class Listener:
+    """A subscription that is made anew while nobody publishes. If a node advertises at the same moment, rospy may take the
+    master's older answer for newer than the master's notice of the node, and never connects."""
+
+    def __init__(self, topic, kind, receive):
+        self.name, self.kind, self.receive = topic, kind, receive
+        self._subscribe()
+
+    def _subscribe(self):
+        self.subscriber = rospy.Subscriber(self.name, self.kind, self.receive, queue_size=None)
+        self.since = time.monotonic()
+
+    def get_num_connections(self):
+        count = self.subscriber.get_num_connections()
+        if count == 0 and time.monotonic() - self.since > 4.0:
+            self.unregister()
+            self._subscribe()
+        return count
+
+    def unregister(self):
+        self.subscriber.unregister()
+
+
 class FolderTest(unittest.TestCase):
     """Tests with a folder and a configuration of their own. What still runs at a test's end is ended."""
 
@@ -283,7 +306,7 @@ class FolderTest(unittest.TestCase):
     def collected(self, topic, kind, connected=False):
         """A list that everything on the topic is appended to; `connected`: the node runs already."""
         messages = []
-        subscriber = rospy.Subscriber(topic, kind, messages.append, queue_size=None)
+        subscriber = Listener(topic, kind, messages.append)
         self.subscribers.append(subscriber)
         self.assertTrue(not connected or wait_until(lambda: subscriber.get_num_connections() > 0), topic)
         return messages
