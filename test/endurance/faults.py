@@ -313,7 +313,7 @@ def trial(fault, node, seed, seconds):
         rospy.Subscriber("/faults/ExperienceMap/RobotPose", PoseStamped, lambda message: poses.append(message.header.stamp))
         if fault == "disk_full":  # a small disk of its own
             os.mkdir(os.path.join(folder, "map"))
-            subprocess.run(["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", os.path.join(folder, "map")], check=True)
+            subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16m", "tmpfs", os.path.join(folder, "map")], check=True)
         chain = Chain(harness, folder, port, **({"vt_verify": "orb"} if fault in WITH_CAMERA else {}))
         drive = Drive(harness, rospy)
         drive.start()
