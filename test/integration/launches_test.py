@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import time
 import xmlrpc.client
 
 import rosbag
@@ -88,6 +89,18 @@ class Launches(harness.FolderTest):
             self.wait(lambda came=late: came, 20.0)
             self.assertEqual(late[0].header.stamp, early[topic][-1].header.stamp)
         self.assertEqual(self.launched.interrupt(30.0), 0)
+
+    def test_ctrl_c_at_any_moment_of_the_start_ends_everything_quietly(self):
+        for seconds in (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.9, 1.2):
+            launched = self.start(rate=0.2)
+            # The last node that roslaunch starts; before that an interruption would be roslaunch's own matter.
+            self.assertTrue(harness.wait_until(lambda: self.api_of("/ratslam_vo"), 30.0), launched.output())
+            time.sleep(seconds)
+            begin = time.monotonic()
+            self.assertEqual(launched.interrupt(30.0), 0, launched.output())
+            self.assertLess(time.monotonic() - begin, 12.0, launched.output())
+            self.assertEqual(launched.count("Traceback|escalating|has died"), 0, launched.output())
+            self.assertFalse(self.master.hasParam("/use_sim_time"))
 
     def test_a_wrong_switch_or_odometry_is_named_before_anything_starts(self):
         for arguments, said in (({"odometry": "sonar"}, "odometry:=sonar is not allowed: orb, profile or external"),
