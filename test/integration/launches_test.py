@@ -102,6 +102,16 @@ class Launches(harness.FolderTest):
             self.assertEqual(launched.count("Traceback|escalating|has died"), 0, launched.output())
             self.assertFalse(self.master.hasParam("/use_sim_time"))
 
+    def test_a_second_playback_takes_over_and_keeps_its_clock(self):
+        first = self.start(rate=0.05)
+        self.assertTrue(harness.wait_until(lambda: self.api_of("/player"), 30.0), first.output())
+        second = self.start(rate=0.5)
+        self.assertIsNotNone(first.ended(30.0))
+        self.assertTrue(self.master.hasParam("/use_sim_time"), first.output() + second.output())
+        self.assertEqual(second.ended(60.0), 0, second.output())
+        self.assertIn("the map has processed the last image", second.output())
+        self.assertFalse(self.master.hasParam("/use_sim_time"))
+
     def test_a_wrong_switch_or_odometry_is_named_before_anything_starts(self):
         for arguments, said in (({"odometry": "sonar"}, "odometry:=sonar is not allowed: orb, profile or external"),
                                 ({"compressed": "yes"}, "compressed:=yes.* is not allowed: true or false"),
