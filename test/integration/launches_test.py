@@ -112,6 +112,33 @@ class Launches(harness.FolderTest):
         self.assertIn("the map has processed the last image", second.output())
         self.assertFalse(self.master.hasParam("/use_sim_time"))
 
+    def rewritten(self, name, stamps):
+        """The drive with other stamps: one for each image, again from the first image on where there are more."""
+        with rosbag.Bag(self.path("drive.bag")) as source:
+            images = [message for _, message, _ in source.read_messages()]
+        with rosbag.Bag(self.path(name), "w") as bag:
+            for index, at in enumerate(stamps):
+                message = images[index % len(images)]
+                message.header.stamp = harness.stamp(at)
+                bag.write("/drive/camera/image/compressed", message, harness.stamp(harness.frame_stamp(index)))
+        return name
+
+    def test_a_recording_whose_time_goes_back_is_played_to_its_end(self):
+        once = [harness.frame_stamp(index) for index in range(30)]
+        bag = self.rewritten("twice.bag", once + once)
+        self.assertEqual(self.start(bag=bag, trajectory_file=self.path("twice")).ended(90.0), 0, self.launched.output())
+        self.assertIn("the map has processed the last image", self.launched.output())
+        counts = [harness.contents(self.path(name)).count(b"\n") for name in ("twice_final.tum", "twice_final_2.tum")]
+        self.assertGreaterEqual(min(counts), 29, self.launched.output())
+
+    def test_images_without_stamps_are_played_to_the_end_as_well(self):
+        config = self.path("arrival.yaml")
+        harness.write_config(config, stamp_source="arrival")
+        self.start(bag=self.rewritten("unstamped.bag", 30 * [0]), config=config, trajectory_file=self.path("unstamped"))
+        self.assertEqual(self.launched.ended(90.0), 0, self.launched.output())
+        self.assertIn("the map has processed the last image", self.launched.output())
+        self.assertGreaterEqual(harness.contents(self.path("unstamped_final.tum")).count(b"\n"), 20, self.launched.output())
+
     def test_a_wrong_switch_or_odometry_is_named_before_anything_starts(self):
         for arguments, said in (({"odometry": "sonar"}, "odometry:=sonar is not allowed: orb, profile or external"),
                                 ({"compressed": "yes"}, "compressed:=yes.* is not allowed: true or false"),
