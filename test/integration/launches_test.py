@@ -2,6 +2,7 @@
 """What the launch files promise to somebody who only calls roslaunch: nothing left behind, a clean ending, his own folder."""
 import os
 import signal
+import subprocess
 import sys
 import time
 import xmlrpc.client
@@ -142,12 +143,22 @@ class Launches(harness.FolderTest):
     def test_a_wrong_switch_or_odometry_is_named_before_anything_starts(self):
         for arguments, said in (({"odometry": "sonar"}, "odometry:=sonar is not allowed: orb, profile or external"),
                                 ({"compressed": "yes"}, "compressed:=yes.* is not allowed: true or false"),
+                                ({"nodelet_manager": "a b"}, "nodelet_manager:=a b is not allowed: the name of a node"),
+                                ({"start_manager": "true"}, "is not allowed with start_manager:=true: the name of a node"),
                                 ({"keep": "no"}, "keep:=no.* is not allowed: true or false"),
                                 ({"localise_only": 2}, "localise_only:=2.* is not allowed: true or false")):
             launched = self.start(**arguments)
             self.assertEqual(launched.ended(30.0), 1, launched.output())
             self.assertEqual(launched.count(said), 1, launched.output())
             self.assertEqual(launched.count("process\\["), 0, launched.output())
+
+    def test_each_of_two_robots_keeps_a_map_of_its_own(self):
+        words = ["roslaunch", "--dump-params", "ratslam_ros", "two_robots.launch", "first:=anna", "second:=ben"]
+        for given, expected in (("map_dir:=/maps", "/maps/"), ("map_dir:=", None)):
+            told = subprocess.run([*words, given], stdout=subprocess.PIPE, text=True, check=True).stdout
+            for robot in ("anna", "ben"):
+                folder = f"{expected}{robot}" if expected else "''"
+                self.assertIn(f"/{robot}/ratslam_em/map_dir: {folder}\n", told)
 
     def test_a_bag_may_have_any_name(self):
         os.link(self.path("drive.bag"), self.path("rat's \"drive\" 1.bag"))
