@@ -198,11 +198,16 @@ def test_what_cannot_be_written_is_said_before_the_first_image(program, sequence
     assert time.monotonic() - began < 30.0
 
 
+def odometry_file(tmp_path, begin=0.0, period=0.1, speed=1.0):
+    """Odometry for 30 images, straight ahead [s, m/s]."""
+    path = tmp_path / "odometry.csv"
+    rows = "".join(f"{i},{begin + i * period:.6f},{speed},0.0\n" for i in range(30))
+    path.write_text("frame,stamp,linear_x,angular_z\n" + rows)
+    return path
+
+
 def test_images_outside_the_odometrys_time_are_said_with_the_offset(program, short, tmp_path):
-    odometry = tmp_path / "odometry.csv"
-    odometry.write_text(
-        "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{1000 + i / 10:.6f},1.0,0.0\n" for i in range(30))
-    )
+    odometry = odometry_file(tmp_path, begin=1000.0)
     lost = run(program, short, tmp_path / "out", "--odometry", odometry)
     assert lost.returncode == 1
     assert "30 of 30 images lie outside the odometry's time: it is 1000.0 s ahead" in lost.stdout
@@ -212,10 +217,7 @@ def test_images_outside_the_odometrys_time_are_said_with_the_offset(program, sho
 @pytest.mark.parametrize("period", [0.1, 100.0])
 def test_stretches_that_nobody_measured_are_said(program, short, tmp_path, period):
     """As where milliseconds stand where seconds should."""
-    odometry = tmp_path / "odometry.csv"
-    odometry.write_text(
-        "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{i * period:.6f},1.0,0.0\n" for i in range(30))
-    )
+    odometry = odometry_file(tmp_path, period=period)
     slow = run(program, short, tmp_path / "out", "--odometry", odometry)
     said = "29 stretches between samples of odometry are not measured: they last longer than odometry_gap (2 s)"
     assert slow.returncode == 0, slow.stdout
@@ -224,10 +226,7 @@ def test_stretches_that_nobody_measured_are_said(program, short, tmp_path, perio
 
 @pytest.mark.parametrize("speed", [0.0, 1.0])
 def test_odometry_that_never_moves_is_said(program, short, tmp_path, speed):
-    odometry = tmp_path / "odometry.csv"
-    odometry.write_text(
-        "frame,stamp,linear_x,angular_z\n" + "".join(f"{i},{i / 10:.6f},{speed},0.0\n" for i in range(30))
-    )
+    odometry = odometry_file(tmp_path, speed=speed)
     stands = run(program, short, tmp_path / "out", "--odometry", odometry)
     assert stands.returncode == 0, stands.stdout
     assert ("the odometry never moves: all 30 poses are the same" in stands.stdout) == (speed == 0.0), stands.stdout
