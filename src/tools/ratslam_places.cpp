@@ -3,7 +3,6 @@
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <stdexcept>
 
 #include "configuration.h"
+#include "ratslam/common/atomic_file.h"
 #include "ratslam/local_view/local_view_cells.h"
 #include "recordings.h"
 
@@ -82,10 +82,34 @@ struct Options {
   std::string config;
   std::string out;
   std::vector<std::string> assignments;
-  std::size_t min_gap = 0;
-  std::size_t starts = 0;
+  std::size_t min_gap = 0;  ///< 0: not asked for
+  std::size_t starts = 0;   ///< 0: not asked for
   bool open = false;
 };
+
+/// The value of an option that counts something; 0 if it is not given. @throws std::invalid_argument unless positive
+std::size_t countOf(const po::variables_map& values, const std::string& option) {
+  if (values.count(option) == 0) return 0;
+  const auto count = values[option].as<long long>();
+  if (count < 1) throwBadValue("--" + option, count, "it must be 1 or above");
+  return static_cast<std::size_t>(count);
+}
+
+/// @throws std::invalid_argument naming options that are missing, or would have no effect
+void requireMeaning(const Options& options) {
+  const std::size_t passes = options.passes.size();
+  if (options.out.empty() || passes == 0 || passes > 2 ||
+      (passes == 1 && !options.open && options.min_gap == 0)) {
+    throw std::invalid_argument(
+        "one pass with --min-gap or --open, or two, and --out are needed; see --help");
+  }
+  if (options.min_gap > 0 && (passes == 2 || options.open)) {
+    throw std::invalid_argument("--min-gap: it has no effect with two passes or --open");
+  }
+  if (options.starts > 0 && (passes == 1 || options.open)) {
+    throw std::invalid_argument("--starts: it needs a second pass, and has no effect with --open");
+  }
+}
 
 std::optional<Options> parse(int argc, char** argv) {
   Options options;
@@ -96,8 +120,8 @@ std::optional<Options> parse(int argc, char** argv) {
   add("out", po::value(&options.out), "CSV file to write");
   add("config", po::value(&options.config), "YAML file, or an OpenRatSLAM .txt configuration: crop and view");
   add("set", po::value(&options.assignments)->composing(), "key=value, overrides the configuration");
-  add("min-gap", po::value(&options.min_gap), "one recording: frames that a revisit lies apart at least");
-  add("starts", po::value(&options.starts),
+  add("min-gap", po::value<long long>(), "one recording: frames that a revisit lies apart at least");
+  add("starts", po::value<long long>(),
       "forget the place before each of so many frames of QUERY, spread evenly, and go on from there");
   add("open", po::bool_switch(&options.open), "map and recall as the system does");
   visible.add_options()("help,h", "this text");
@@ -112,12 +136,9 @@ std::optional<Options> parse(int argc, char** argv) {
     std::cout << kUsage << visible;
     return std::nullopt;
   }
-  const std::size_t passes = options.passes.size();
-  if (options.out.empty() || passes == 0 || passes > 2 ||
-      (passes == 1 && !options.open && options.min_gap == 0)) {
-    throw std::invalid_argument(
-        "one pass with --min-gap or --open, or two, and --out are needed; see --help");
-  }
+  options.min_gap = countOf(values, "min-gap");
+  options.starts = countOf(values, "starts");
+  requireMeaning(options);
   return options;
 }
 
@@ -264,9 +285,8 @@ void mapAndRecall(const Options& options, const LocalViewParams& params, std::os
 
 void run(const Options& options) {
   const LocalViewParams params = parametersOf(options);
-  std::ofstream out(options.out);
-  if (!out) throw std::runtime_error(options.out + ": cannot write this file");
-  out.precision(std::numeric_limits<double>::max_digits10);
+  AtomicFile file(options.out);
+  std::ostream& out = file.stream();
   out << (options.starts > 0 && !options.open ? "start," : "") << "frame,place,score,claimed"
       << (options.open ? ",until\n" : "\n");
   if (options.open) {
@@ -276,8 +296,7 @@ void run(const Options& options) {
   } else {
     askOneRecording(options, params, out);
   }
-  out.flush();
-  if (!out) throw std::runtime_error(options.out + ": cannot write this file");
+  file.commit();
 }
 
 }  // namespace

@@ -82,3 +82,22 @@ def test_pictures_have_an_ending_of_pictures(run, town):
         done = call(run, town, "town", "plain", "--plot", name)
         assert done.returncode == 2 and "Traceback" not in done.stderr
     assert not os.path.exists(town / "x.foo")
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (("town", "plain", "--starts", "-3"), "--starts: value -3 is not allowed: it must be 1 or above"),
+        (("town", "--min-gap", "-5"), "--min-gap: value -5 is not allowed: it must be 1 or above"),
+        (("town", "plain", "--min-gap", "5"), "--min-gap: it has no effect with two passes"),
+        (("town", "--starts", "5", "--min-gap", "5"), "--starts: it needs a second pass"),
+        (("nowhere", "plain"), "nowhere"),
+    ],
+)
+def test_the_program_behind_it_refuses_the_same_and_leaves_the_file_as_it_was(town, tmp_path, words, complaint):
+    out = tmp_path / "recalls.csv"
+    out.write_text("an earlier result\n")
+    program = os.path.join(os.path.dirname(built("ratslam_town")[1]), "ratslam_places")
+    done = subprocess.run([program, *words, "--config", "my.yaml", "--out", out], cwd=town, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and complaint in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    assert out.read_text() == "an earlier result\n" and os.listdir(tmp_path) == ["recalls.csv"]
