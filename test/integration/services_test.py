@@ -54,6 +54,8 @@ class Services(chain.ChainTest):
     def test_a_map_is_saved_forgotten_and_loaded_again(self):
         self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
         self.refused("nothing to save yet", "SaveMap", MapPath, "lap.db")
+        self.refused("nothing to save yet", "SaveTrajectories", MapPath, "so_far")
+        self.refused("nothing to save yet", "WriteTrajectories", Trigger)
         self.drive(LAP + 20)
         known, templates = self.experiences(), max(self.seen()) + 1
         self.assertGreater(known, 10)
@@ -64,6 +66,10 @@ class Services(chain.ChainTest):
         self.assertEqual([name for name in os.listdir(self.map_dir) if ".part" in name], [])
 
         self.done("Reset", Trigger)
+        kept_bytes = harness.contents(kept)
+        for service, arguments in (("SaveMap", "lap.db"), ("SaveTrajectories", "so_far")):
+            self.refused("nothing to save yet", service, MapPath, arguments)
+        self.assertEqual(harness.contents(kept), kept_bytes)
         del self.views[:]
         self.drive(10)
         self.assertLess(self.experiences(), known)

@@ -39,6 +39,7 @@ class MapNode {
   template <class Message>
   void onDecision(const Message& message);
   PartActions actions();
+  bool isEmpty() const { return stage_.map().graph().experiences().empty(); }
   /// @return names of the files
   std::string write(const std::string& file);
   void watch();

@@ -26,11 +26,13 @@ namespace ratslam {
 
 class MapServices {
  public:
+  using IsEmpty = std::function<bool()>;  ///< whether nothing is mapped
   /// Writes trajectories. @return text of the answer
   using Write = std::function<std::string(const std::string& file)>;
 
   /// @param own  the map's own part
-  MapServices(const ros::NodeHandle& handle, const NodeParams& params, PartCommands& own, Write write);
+  MapServices(const ros::NodeHandle& handle, const NodeParams& params, PartCommands& own, IsEmpty is_empty,
+              Write write);
 
  private:
   using Request = PartCommands::Request;
@@ -40,6 +42,8 @@ class MapServices {
   void advertise(const char* name, std::function<std::string(typename Service::Request&)> action);
   void advertiseAll();
 
+  /// @throws std::runtime_error if nothing is mapped, so that no empty file is written as a success
+  void requireMap() const;
   std::string saveMap(const std::string& path);
   std::string loadMap(const std::string& path);
   /// Sends a command to every part. @return their names
@@ -51,6 +55,7 @@ class MapServices {
   ros::NodeHandle handle_;
   NodeParams params_;
   PartCommands& own_;
+  IsEmpty is_empty_;
   Write write_;
   std::vector<ros::ServiceServer> servers_;
 };

@@ -160,7 +160,8 @@ std::optional<State> PartCheckpoints::resume(const std::function<void(const std:
   for (const std::string& what : damaged) report(what);
   if (!best) {
     report(impl_->settings.folder + ": no checkpoint of " + impl_->settings.part +
-           (damaged.empty() ? "" : " that can be used") + ": it starts without memory");
+           (damaged.empty() ? "" : " that can be used") + ": it starts without memory" +
+           (impl_->settings.read_only ? ", and learns nothing (localise_only): load a map" : ""));
     return std::nullopt;
   }
   requireParameters(impl_->paths[best_turn], *best, impl_->settings.parameters);

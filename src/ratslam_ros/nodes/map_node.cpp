@@ -37,7 +37,9 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
                 return isPublished(topic);
               }),
       silence_(params_.sync_timeout),
-      services_(handle_, params_, commands_, [this](const std::string& file) { return write(file); }),
+      services_(
+          handle_, params_, commands_, [this] { return isEmpty(); },
+          [this](const std::string& file) { return write(file); }),
       rivals_(handle_, odometry_.topic()),
       diagnostics_(handle_, own),
       changes_(handle_, topicName(params_.topic_root, "ParameterChange")),
@@ -142,8 +144,12 @@ void MapNode::finish() {
   checkpoints_.finish([this](State& state) { stage_.save(state); });
   stage_.map().settle();
   publisher_.publishMap(stage_.map());
-  if (!params_.trajectory_file.empty()) {
-    ROS_INFO("trajectories written: %s", write(params_.trajectory_file).c_str());
+  if (params_.trajectory_file.empty()) return;
+  const std::string files = write(params_.trajectory_file);
+  if (isEmpty()) {
+    ROS_WARN("nothing was mapped: the trajectories hold no pose: %s", files.c_str());
+  } else {
+    ROS_INFO("trajectories written: %s", files.c_str());
   }
 }
 

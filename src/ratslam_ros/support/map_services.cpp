@@ -64,8 +64,8 @@ MapCheckpoint joined(const std::vector<std::string>& files) {
 }  // namespace
 
 MapServices::MapServices(const ros::NodeHandle& handle, const NodeParams& params, PartCommands& own,
-                         Write write)
-    : handle_(handle), params_(params), own_(own), write_(std::move(write)) {
+                         IsEmpty is_empty, Write write)
+    : handle_(handle), params_(params), own_(own), is_empty_(std::move(is_empty)), write_(std::move(write)) {
   advertiseAll();
 }
 
@@ -103,6 +103,7 @@ void MapServices::advertiseAll() {
   });
   advertise<std_srvs::Trigger>("WriteTrajectories", [this](std_srvs::Trigger::Request&) {
     if (params_.trajectory_file.empty()) throw std::runtime_error("the parameter trajectory_file is not set");
+    requireMap();
     return write_(params_.trajectory_file);
   });
   advertise<Path>("SaveTrajectories", [this](Path::Request& request) {
@@ -110,8 +111,14 @@ void MapServices::advertiseAll() {
     if (!params_.trajectory_file.empty()) {
       beside = std::filesystem::absolute(params_.trajectory_file).parent_path().string();
     }
-    return write_(pathInside(request.path, {beside, params_.map_dir}, ""));
+    const std::string file = pathInside(request.path, {beside, params_.map_dir}, "");
+    requireMap();
+    return write_(file);
   });
+}
+
+void MapServices::requireMap() const {
+  if (is_empty_()) throw std::runtime_error("there is nothing to save yet: the map is empty");
 }
 
 std::string MapServices::saveMap(const std::string& path) {
@@ -124,9 +131,11 @@ std::string MapServices::saveMap(const std::string& path) {
     throw std::runtime_error("path '" + path +
                              "': NAME.db must have no other dot: checkpoints are called so");
   }
+  const std::vector<std::string> other_parts = others();
+  requireMap();
   const MapLock lock(file);
   PartFiles parts(file);
-  for (const std::string& other : others()) send(other, command(Request::SAVE, parts.add()));
+  for (const std::string& other : other_parts) send(other, command(Request::SAVE, parts.add()));
   own_.run(command(Request::SAVE, parts.add()));
   MapWriter(file).save(joined(parts.all()));
   return file;
