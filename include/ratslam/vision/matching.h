@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "ratslam/vision/local_map.h"
@@ -16,6 +17,13 @@ namespace ratslam {
 
 /// Number of differing bits of two descriptors of 32 bytes.
 int hammingDistance(const std::uint8_t* a, const std::uint8_t* b);
+
+/// Pairs of descriptors, each of which is the most similar to the other, in the order of the first.
+/// @param first, second (rows, 32) bytes. @param most_distance [bits]. @param most_ratio bound on the distance of the
+/// best / that of the second best (Lowe 2004).
+std::vector<std::pair<std::size_t, std::size_t>> mutuallyMostSimilar(const cv::Mat& first,
+                                                                     const cv::Mat& second, int most_distance,
+                                                                     double most_ratio);
 
 /// Projection of a landmark into the image of a camera pose.
 struct ProjectedLandmark {

@@ -12,9 +12,54 @@ constexpr double kLevelTolerance = 1.5;  // ratio of a feature's scale to the pr
 
 const FeatureKernels& kernels = featureKernels();
 
+/// The most similar of the descriptors that were shown one after the other.
+class MostSimilar {
+ public:
+  explicit MostSimilar(int most_distance) : least_(most_distance + 1) {}
+  void show(int distance, int index) {
+    if (distance < least_) {
+      second_ = least_;
+      least_ = distance;
+      index_ = index;
+    } else if (distance < second_) {
+      second_ = distance;
+    }
+  }
+  /// Its index; -1 if none is similar enough, or the second one is about as similar.
+  int index(double most_ratio) const { return index_ >= 0 && least_ <= most_ratio * second_ ? index_ : -1; }
+
+ private:
+  int least_;
+  int second_ = 256;  // [bits] all of a descriptor
+  int index_ = -1;
+};
+
 }  // namespace
 
 int hammingDistance(const std::uint8_t* a, const std::uint8_t* b) { return kernels.hammingDistance(a, b); }
+
+std::vector<std::pair<std::size_t, std::size_t>> mutuallyMostSimilar(const cv::Mat& first,
+                                                                     const cv::Mat& second, int most_distance,
+                                                                     double most_ratio) {
+  std::vector<MostSimilar> forth(static_cast<std::size_t>(first.rows), MostSimilar(most_distance));
+  std::vector<MostSimilar> back(static_cast<std::size_t>(second.rows), MostSimilar(most_distance));
+  std::vector<int> distances(back.size());
+  // Each distance is computed once and serves both directions.
+  for (int i = 0; i < first.rows; ++i) {
+    kernels.hammingDistances(first.ptr(i), second.ptr(), distances.size(), distances.data());
+    for (std::size_t k = 0; k < distances.size(); ++k) {
+      forth[static_cast<std::size_t>(i)].show(distances[k], static_cast<int>(k));
+      back[k].show(distances[k], i);
+    }
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (int i = 0; i < first.rows; ++i) {
+    const int there = forth[static_cast<std::size_t>(i)].index(most_ratio);
+    if (there < 0 || back[static_cast<std::size_t>(there)].index(most_ratio) != i) continue;
+    pairs.emplace_back(i, there);
+  }
+  return pairs;
+}
 
 Eigen::Matrix2d predictWarp(const CameraModel& camera, const Eigen::Vector2d& pixel, double depth,
                             const RigidTransform& T_target_source) {

@@ -111,6 +111,50 @@ TEST(FeatureExtractor, DescriptorsSurviveARotationOfTheImage) {
   EXPECT_GT(near_truth, 0.9 * matched);
 }
 
+/// Index of the most similar of the others by a plain search; -1 if the second best is about as similar.
+int plainlyMostSimilar(const cv::Mat& from, int i, const cv::Mat& to, int most_distance, double most_ratio) {
+  int least = most_distance + 1;
+  int second = 256;
+  int found = -1;
+  for (int k = 0; k < to.rows; ++k) {
+    const int distance = static_cast<int>(cv::norm(from.row(i), to.row(k), cv::NORM_HAMMING));
+    if (distance < least) {
+      second = least;
+      least = distance;
+      found = k;
+    } else {
+      second = std::min(second, distance);
+    }
+  }
+  return found >= 0 && least <= most_ratio * second ? found : -1;
+}
+
+TEST(Descriptors, MutuallyMostSimilarPairsAreThoseOfTwoPlainSearches) {
+  cv::RNG random(7);
+  cv::Mat first(150, 32, CV_8U);
+  random.fill(first, cv::RNG::UNIFORM, 0, 256);
+  cv::Mat second(190, 32, CV_8U);
+  random.fill(second, cv::RNG::UNIFORM, 0, 256);
+  for (int i = 0; i < 100; ++i) {  // noisy copies, some of them twice
+    first.row(random.uniform(0, first.rows)).copyTo(second.row(i));
+    for (int flips = random.uniform(0, 90); flips > 0; --flips) {
+      second.at<std::uint8_t>(i, random.uniform(0, 32)) ^=
+          static_cast<std::uint8_t>(1 << random.uniform(0, 8));
+    }
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> expected;
+  for (int i = 0; i < first.rows; ++i) {
+    const int there = plainlyMostSimilar(first, i, second, 64, 0.85);
+    if (there >= 0 && plainlyMostSimilar(second, there, first, 64, 0.85) == i)
+      expected.emplace_back(i, there);
+  }
+  EXPECT_GT(expected.size(), 20U);
+  EXPECT_LT(expected.size(), 100U);
+  EXPECT_EQ(mutuallyMostSimilar(first, second, 64, 0.85), expected);
+  EXPECT_TRUE(mutuallyMostSimilar(first, cv::Mat(), 64, 0.85).empty());
+  EXPECT_TRUE(mutuallyMostSimilar(cv::Mat(), second, 64, 0.85).empty());
+}
+
 TEST(PatchAlignment, MeasuresAShiftToAFewHundredthsOfAPixelDespiteAnExposureChange) {
   const cv::Mat image = StreetScene().render(smallCamera(), cameraAt(0, 0));
   cv::Mat shifted;

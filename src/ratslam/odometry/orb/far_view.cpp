@@ -46,28 +46,6 @@ struct Match {
   Eigen::Vector3d after;
 };
 
-/// For each descriptor of `from` the index of the most similar one in `to`, or -1.
-std::vector<int> mostSimilar(const cv::Mat& from, const cv::Mat& to) {
-  std::vector<int> best(static_cast<std::size_t>(from.rows), -1);
-  for (int i = 0; i < from.rows; ++i) {
-    int least = kMostDistance + 1;
-    int second = 256;
-    int found = -1;
-    for (int k = 0; k < to.rows; ++k) {
-      const int distance = hammingDistance(from.ptr<std::uint8_t>(i), to.ptr<std::uint8_t>(k));
-      if (distance < least) {
-        second = least;
-        least = distance;
-        found = k;
-      } else if (distance < second) {
-        second = distance;
-      }
-    }
-    if (found >= 0 && least <= kMostRatio * second) best[static_cast<std::size_t>(i)] = found;
-  }
-  return best;
-}
-
 struct Features {
   std::vector<Eigen::Vector3d> bearings;
   cv::Mat descriptors;
@@ -90,12 +68,10 @@ Features featuresOf(const CameraModel& camera, const Frame& frame, bool thorough
 }
 
 std::vector<Match> matchFeatures(const Features& before, const Features& after) {
-  const std::vector<int> forth = mostSimilar(before.descriptors, after.descriptors);
-  const std::vector<int> back = mostSimilar(after.descriptors, before.descriptors);
   std::vector<Match> matches;
-  for (std::size_t i = 0; i < forth.size(); ++i) {
-    if (forth[i] < 0 || back[static_cast<std::size_t>(forth[i])] != static_cast<int>(i)) continue;
-    matches.push_back({before.bearings[i], after.bearings[static_cast<std::size_t>(forth[i])]});
+  for (const auto& [here, there] :
+       mutuallyMostSimilar(before.descriptors, after.descriptors, kMostDistance, kMostRatio)) {
+    matches.push_back({before.bearings[here], after.bearings[there]});
   }
   return matches;
 }
