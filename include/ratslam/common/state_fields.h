@@ -249,8 +249,8 @@ void State::get(const std::string& name, T& value) const {
     const State& optional = child(name);
     value.reset();
     if (!optional.arrays_.empty() || !optional.children().empty()) {
-      typename T::value_type
-          inside{};  // clang cannot emplace a nested class with default member initialisers
+      // clang cannot emplace a nested class with default member initialisers
+      typename T::value_type inside{};
       optional.get("value", inside);
       value = std::move(inside);
     }

@@ -145,8 +145,8 @@ void CameraModel::validate() const {
 }
 
 std::optional<std::string> CameraModel::doubt() const {
-  constexpr double kFarFromMiddle =
-      0.2;  // share of the size; a calibration for half or twice the size exceeds it
+  // Share of the size. A calibration for half or twice the size exceeds it.
+  constexpr double kFarFromMiddle = 0.2;
   std::ostringstream text;
   if (std::abs(cx / width - 0.5) <= kFarFromMiddle && std::abs(cy / height - 0.5) <= kFarFromMiddle) {
     const auto bent = pixelBentTooFar(*this);

@@ -103,9 +103,13 @@ std::optional<ImageFrame> ImageStage::add(const DecodedImage& image) {
 }
 
 void ImageStage::refused(const std::string& name, const std::string& why) {
-  tell(ImageEvent::kUnsuitable, name + ": image skipped: " + why);
-  if (refused_) --counts_.events[static_cast<std::size_t>(ImageEvent::kUnsuitable)];
-  if (handed_on_ && !refused_) --counts_.used;
+  const std::string text = name + ": image skipped: " + why;
+  if (refused_) {  // by another model: the image is counted already
+    if (tell_) tell_(ImageEvent::kUnsuitable, text);
+    return;
+  }
+  tell(ImageEvent::kUnsuitable, text);
+  if (handed_on_) --counts_.used;
   refused_ = true;
 }
 

@@ -92,13 +92,15 @@ CameraModel cameraFromMessage(const sensor_msgs::CameraInfo& message, bool recti
   const auto binned = [](double centre, double offset, double binning) {
     return binning == 1.0 ? centre - offset : (centre - offset + 0.5) / binning - 0.5;
   };
-  camera.fx = (by_p ? message.P[0] : message.K[0]) / readout.binning_x;
-  camera.fy = (by_p ? message.P[5] : message.K[4]) / readout.binning_y;
-  camera.cx = binned(by_p ? message.P[2] : message.K[2], readout.left, readout.binning_x);
-  camera.cy = binned(by_p ? message.P[6] : message.K[5], readout.top, readout.binning_y);
+  const double* matrix = by_p ? message.P.data() : message.K.data();
+  const int columns = by_p ? 4 : 3;
+  camera.fx = matrix[0] / readout.binning_x;
+  camera.fy = matrix[columns + 1] / readout.binning_y;
+  camera.cx = binned(matrix[2], readout.left, readout.binning_x);
+  camera.cy = binned(matrix[columns + 2], readout.top, readout.binning_y);
   const bool lens = !rectified && !by_p;
   CameraModel made = makeCamera(camera, message.distortion_model, lens ? message.D : std::vector<double>{});
-  requireNoSkew(by_p ? "P[1]" : "K[1]", (by_p ? message.P[1] : message.K[1]) / readout.binning_x, made);
+  requireNoSkew(by_p ? "P[1]" : "K[1]", matrix[1] / readout.binning_x, made);
   if (!image_size.empty() && size != image_size) {
     throw std::invalid_argument("it is for images of " + readout.text() + ", they are of " +
                                 std::to_string(image_size.width) + "x" + std::to_string(image_size.height));

@@ -65,8 +65,8 @@ struct ViewMotion {
 /// The most likely place of the robot.
 struct PlaceClaim {
   std::uint32_t place = 0;
-  double confidence =
-      0.0;  ///< belief in the place, its neighbours within 2 links, and places with nearly the same view
+  /// Belief in the place, its neighbours within 2 links, and places with nearly the same view.
+  double confidence = 0.0;
   /// Distance of the robot ahead of the place, along the path driven then, by the likeness of the neighbouring places
   /// [m]; 0 if they do not tell, the motion is not measured, or the confidence is not above kClaim.
   double ahead = 0.0;
