@@ -18,6 +18,11 @@ for tool in ratslam_run ratslam_town; do
   ! ldd "$build/$tool" | awk '{ print $1 }' | grep -E 'ros|cpp_common|tf2' || { echo "$tool links libraries of ROS"; exit 1; }
 done
 
+cmake --install "$build" --prefix "$scratch/installed" >/dev/null
+for tool in ratslam_run ratslam_map ratslam_places ratslam_town; do
+  "$scratch/installed/bin/$tool" --help >/dev/null || { echo "$tool is not installed, or does not find its library"; exit 1; }
+done
+
 cd "$scratch"
 "$build/ratslam_town" --out town --frames 40
 for run in "$build/ratslam_run" "$run_with_ros"; do
