@@ -2,9 +2,10 @@
 ///
 /// Let the plane be n.X = h in the camera's axes (z forward, y down; n is a unit vector that points down). It maps
 /// the bearing b of a pixel into another view as R b + t (n.b)/h. The fit aligns the grey values of a patch of road
-/// in the present lane, by Gauss-Newton over log h and the two tilts of n, from coarse to fine. It removes gain and
-/// offset of brightness and weights residuals robustly. The tilt has a prior, because a vehicle's suspension allows
-/// little. The result is the height in the odometry's own unit, from which the scale follows.
+/// in the present lane, which bends as the way to here does, by Gauss-Newton over log h and the two tilts of n, from
+/// coarse to fine. It removes gain and offset of brightness and weights residuals robustly. The tilt has a prior,
+/// because a vehicle's suspension allows little. The result is the height in the odometry's own unit, from which the
+/// scale follows.
 ///
 /// Lucas and Kanade (1981) on a plane-induced homography (Hartley and Zisserman, ch. 13).
 #pragma once
@@ -24,7 +25,11 @@ struct RoadPlane {
 
 struct RoadMeasurement {
   RoadPlane plane;
-  double sigma_log = 0.0;    ///< standard deviation of log height
+  double sigma_log = 0.0;  ///< standard deviation of log height
+  /// The point of the patch whose distance from the camera's path is known best, camera axes [odometry unit].
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double sigma_centre =
+      0.0;  ///< standard deviation of log height at the centre, where the tilt does not matter
   double correlation = 0.0;  ///< of the aligned grey values in [-1, 1]
 };
 

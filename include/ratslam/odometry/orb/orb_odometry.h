@@ -152,6 +152,8 @@ class OrbOdometry {
   void rescale(double factor);
   void refineLens();
   void setMotion(OrbResult& result, const RigidTransform& step, double dt, const Matrix6& covariance) const;
+  /// Covariance of a motion by the error of the unit of length alone.
+  Matrix6 covarianceOfUnit(const Eigen::Vector3d& way) const;
   /// Covariance of a motion. @param covariance of the pose at its end.
   Matrix6 covarianceOfMotion(const RigidTransform& motion, const Matrix6& covariance) const;
   void rememberPose();

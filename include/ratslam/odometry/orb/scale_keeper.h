@@ -1,14 +1,12 @@
 /// Keeps the odometry's unit of length constant, by means of the camera's height above the road.
 ///
-/// Each keyframe's road plane (ground_plane.h) gives a measurement log(target height / measured height). The state
-/// of a Kalman filter is the error of the log scale. It follows the measurements slowly, because a road is not flat
-/// and the scale drifts by well under a per cent a metre. A measurement far from the prediction (a car, a kerb, a
-/// crossing street) is left out. Only a long sequence of measurements that agree with each other restarts the
-/// filter.
+/// Each patch of road that a keyframe sees (ground_plane.h) measures the height when the camera passes over it
+/// (driven_road.h). Where the camera passes over none of them, the plane ahead is continued to the camera, which is far
+/// less certain. A filter follows these measurements slowly (unit_filter.h), because a road is not flat and the unit
+/// drifts by well under a per cent a metre. The first height above a new map comes from planes ahead that agree.
 ///
-/// The filter also gives the uncertainty of the unit. Where roads are seen, the unit is anchored: its standard
-/// deviation is the filter's, corrected by the size of the innovations, because a town's roads are flatter than a
-/// track. Where no road is seen, the unit drifts as fast as the corrections so far show that it would.
+/// The filter also gives the uncertainty of the unit. Where roads are seen, the unit is anchored. Where none is seen, it
+/// drifts as fast as the corrections so far show that it would.
 ///
 /// If the camera height is unknown, the target is the height on which the first measurements agree: the unit is
 /// arbitrary, but constant.
@@ -18,18 +16,18 @@
 #include <optional>
 
 #include "ratslam/odometry/odometry.h"
+#include "ratslam/odometry/orb/driven_road.h"
 #include "ratslam/odometry/orb/ground_plane.h"
+#include "ratslam/odometry/orb/unit_filter.h"
 #include "ratslam/vision/local_map.h"
 
 namespace ratslam {
 
 struct ScaleParams {
-  double camera_height = 0.0;    ///< [m]; 0 = unknown
-  double road_sigma = 0.05;      ///< deviation of real roads from a plane, as error of log height
-  double drift_sigma = 0.006;    ///< drift of the log scale from keyframe to keyframe
-  double correlated = 4.0;       ///< number of neighbouring measurements that see the same piece of road
-  double gate = 9.0;             ///< squared innovation of an outlier [sigma^2]
-  int rejections_to_doubt = 25;  ///< consecutive outliers after which the filter restarts
+  double camera_height = 0.0;   ///< [m]; 0 = unknown
+  double driven_sigma = 0.007;  ///< error of log height above a patch of road passed over: bumps, suspension
+  double road_sigma = 0.05;     ///< the same if the plane ahead is continued to the camera: slopes change
+  UnitFilterParams filter;
 };
 
 class ScaleKeeper {
@@ -57,41 +55,34 @@ class ScaleKeeper {
   void stateFields(Fields&& fields) {
     fields("normal", normal_);
     fields("target", target_);
+    fields("target_is_guess", target_is_guess_);
     fields("locked", locked_);
     fields("pending", pending_);
-    fields("variance", variance_);
-    fields("surprise", surprise_);
+    fields("driven", driven_);
+    fields("filter", filter_);
     fields("start_variance", start_variance_);
-    fields("unseen", unseen_);
-    fields("block_way", block_way_);
-    fields("block_correction", block_correction_);
-    fields("blocks_way", blocks_way_);
-    fields("blocks_squares", blocks_squares_);
-    fields("rejections", rejections_);
+    fields("way", way_);
+    fields("undriven", undriven_);
   }
 
  private:
-  void move(const LocalMap& map);
-  void corrected(double log_factor);
-  double walkVariance() const;
   std::optional<double> lock(double log_height);
-  std::optional<double> filter(const RoadMeasurement& measurement);
+  std::optional<double> correct(const std::vector<DrivenHeight>& heights,
+                                const std::optional<RoadMeasurement>& road);
+  double use(double log_error, double sigma_log, double road_sigma);
 
   ScaleParams params_;
   RoadParams road_;
   Eigen::Vector3d normal_;
   std::optional<double> target_;
+  bool target_is_guess_ = false;  // from planes ahead alone
   bool locked_ = false;
-  std::deque<double> pending_;   // log heights seen while not locked
-  double variance_ = 0.0;        // of the log scale's error, for roads as rough as assumed
-  double surprise_ = 1.0;        // mean square of the innovations / their expected variance
-  double start_variance_ = 0.0;  // variance at the start of the map, while not locked
-  double unseen_ = 0.0;          // distance since the last measurement that was used
-  double block_way_ = 0.0;       // length of the present block, over which corrections are summed
-  double block_correction_ = 0.0;
-  double blocks_way_ = 0.0;  // length of all blocks
-  double blocks_squares_ = 0.0;
-  int rejections_ = 0;
+  std::deque<double> pending_;  // log heights seen while not locked
+  DrivenRoad driven_;
+  UnitFilter filter_;
+  double start_variance_ = 0.0;  // of the log scale at the start of the map, while not locked
+  double way_ = 0.0;             // since the start of the map, while not locked
+  double undriven_ = 0.0;        // way since the camera passed over a patch
 };
 
 }  // namespace ratslam

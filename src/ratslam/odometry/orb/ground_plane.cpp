@@ -18,6 +18,8 @@ constexpr std::array<Stage, 3> kStages = {{{5, 300}, {3, 300}, {1, 700}}};  // c
 constexpr int kSteps = 4;                                                   // per level
 constexpr std::size_t kLeastSamples = 150;
 constexpr int kCandidates = 40;        // heights tried by the search
+constexpr double kMostBend = 0.3;      // [1/camera height], of a car's smallest circle
+constexpr double kMostTurn = 0.8;      // of the lane within the patch [rad]: beyond it a parabola is no arc
 constexpr double kMinGreySigma = 1.5;  // least standard deviation of the noise [grey levels]
 // Number of samples that count as one independent measurement, because neighbours share noise and texture.
 constexpr double kCorrelatedSamples = 10.0;
@@ -57,8 +59,9 @@ struct RoadSample {
 };
 
 /// Grey values of the present lane, on a regular grid of one pyramid level.
+/// @param bend curvature of the lane [1/camera height], positive to the right
 std::vector<RoadSample> sampleRoad(const CameraModel& camera, const Frame& now, const RoadPlane& plane,
-                                   const Stage& stage, const RoadParams& params) {
+                                   double bend, const Stage& stage, const RoadParams& params) {
   // The predicted plane gives the range of rows, the lane's width the columns.
   const double horizon = camera.cy - camera.fy * plane.normal.z() / plane.normal.y();
   const double top = std::max(0.0, horizon + camera.fy / params.farthest);
@@ -72,10 +75,14 @@ std::vector<RoadSample> sampleRoad(const CameraModel& camera, const Frame& now, 
   const double spacing = std::max(now.pyramid.scale(stage.level), std::sqrt(area / stage.most_samples));
   for (double v = top; v <= bottom; v += spacing) {
     const double reach = slope * (v - horizon);
-    for (double u = camera.cx - reach; u <= camera.cx + reach; u += spacing) {
+    const double ahead = camera.fy / (v - horizon);  // [camera heights]
+    if (std::abs(bend) * ahead > kMostTurn) continue;
+    const double middle = camera.cx + 0.5 * camera.fx * bend * ahead;
+    for (double u = middle - reach; u <= middle + reach; u += spacing) {
       const Eigen::Vector2d at = now.pyramid.toLevel(camera.distort({u, v}), stage.level);
-      if (!inside(image, at)) continue;
-      samples.push_back({camera.bearing({u, v}), bilinear(image, at.x(), at.y())});
+      const Eigen::Vector3d bearing = camera.bearing({u, v});
+      if (!inside(image, at) || !(plane.normal.dot(bearing) > 0.0)) continue;
+      samples.push_back({bearing, bilinear(image, at.x(), at.y())});
     }
   }
   return samples;
@@ -183,16 +190,28 @@ Eigen::Vector2d tiltBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& 
   return {axis.x(), axis.z()};
 }
 
+/// Curvature of the way to here [1/camera height], positive to the right.
+double bendOf(const Frame& now, const Frame& earlier, double height) {
+  const RigidTransform way = earlier.T_camera_world * now.T_camera_world.inverse();
+  const double length = way.translation.norm();
+  if (!(std::abs(way.translation.z()) > 0.5 * length)) return 0.0;  // the camera looks to the side
+  const double ahead = way.translation.z() < 0.0 ? -1.0 : 1.0;
+  return ahead * std::clamp(logRotation(way.rotation).y() / length * height, -kMostBend, kMostBend);
+}
+
 struct Fit {
   RoadPlane plane;
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d centre =
+      Eigen::Vector3d::Zero();  // mean of the samples, weighted by what they tell about the height
+  double information = 0.0;     // about the log height, from the samples alone
   double correlation = -1.0;
 };
 
 /// Gauss-Newton on one level. @return false if too little of the road is visible.
 bool fitLevel(const CameraModel& camera, const Frame& now, const std::vector<const Frame*>& earlier,
-              const RoadPlane& prior, const Stage& stage, const RoadParams& params, Fit& fit) {
-  const std::vector<RoadSample> samples = sampleRoad(camera, now, fit.plane, stage, params);
+              const RoadPlane& prior, double bend, const Stage& stage, const RoadParams& params, Fit& fit) {
+  const std::vector<RoadSample> samples = sampleRoad(camera, now, fit.plane, bend, stage, params);
   if (samples.size() < kLeastSamples) return false;
   const double tilt_information = 1.0 / std::pow(degreesToRadians(params.tilt_sigma_deg), 2);
   for (int step = 0; step < kSteps; ++step) {
@@ -200,6 +219,8 @@ bool fitLevel(const CameraModel& camera, const Frame& now, const std::vector<con
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
     double correlation = 0.0;
+    fit.centre.setZero();
+    fit.information = 0.0;
     for (const Frame* frame : earlier) {
       const RigidTransform T = frame->T_camera_world * now.T_camera_world.inverse();
       const Warped warped =
@@ -214,6 +235,13 @@ bool fitLevel(const CameraModel& camera, const Frame& now, const std::vector<con
         const double weight =
             1.0 / ((1.0 + normalised * normalised) * sigma * sigma * kCorrelatedSamples);  // Cauchy
         const Eigen::Vector3d jacobian = by_change.transpose() * warped.gradient[i];
+        const double information = weight * jacobian(0) * jacobian(0);
+        const Eigen::Vector3d& bearing = samples[warped.sample[i]].bearing;
+        const double facing = fit.plane.normal.dot(bearing);
+        if (facing > 0.0) {
+          fit.centre += information * fit.plane.height / facing * bearing;
+          fit.information += information;
+        }
         hessian += weight * jacobian * jacobian.transpose();
         gradient += weight * comparison.residual[i] * jacobian;
       }
@@ -241,9 +269,10 @@ std::optional<RoadMeasurement> measureRoad(const CameraModel& camera, const Fram
   if (earlier.empty() || !(predicted.height > 0.0) || !(predicted.normal.y() > 0.5)) return std::nullopt;
   Fit fit;
   fit.plane = predicted;
+  const double bend = bendOf(now, *earlier.back(), predicted.height);
   for (const Stage& stage : kStages) {
     if (stage.level >= now.pyramid.levels()) continue;
-    if (!fitLevel(camera, now, earlier, predicted, stage, params, fit)) return std::nullopt;
+    if (!fitLevel(camera, now, earlier, predicted, bend, stage, params, fit)) return std::nullopt;
     if (!(fit.plane.normal.y() > 0.5) || !std::isfinite(fit.plane.height)) return std::nullopt;
   }
   if (fit.correlation < params.min_correlation) return std::nullopt;
@@ -255,6 +284,8 @@ std::optional<RoadMeasurement> measureRoad(const CameraModel& camera, const Fram
   measurement.sigma_log =
       std::sqrt(Eigen::Matrix3d(fit.hessian.ldlt().solve(Eigen::Matrix3d::Identity()))(0, 0));
   if (!(measurement.sigma_log <= params.max_sigma_log)) return std::nullopt;
+  measurement.centre = fit.centre / fit.information;
+  measurement.sigma_centre = 1.0 / std::sqrt(fit.information);
   return measurement;
 }
 
@@ -267,7 +298,7 @@ std::optional<RoadMeasurement> searchRoad(const CameraModel& camera, const Frame
   double best_height = 0.0;
   double best_correlation = -1.0;
   // The patch of road is stated in camera heights, so its image is the same for all heights.
-  const std::vector<RoadSample> samples = sampleRoad(camera, now, {normal, 1.0}, stage, params);
+  const std::vector<RoadSample> samples = sampleRoad(camera, now, {normal, 1.0}, 0.0, stage, params);
   if (samples.size() < kLeastSamples) return std::nullopt;
   for (int candidate = 0; candidate < kCandidates; ++candidate) {
     const double height = lowest * std::pow(highest / lowest, candidate / (kCandidates - 1.0));

@@ -165,7 +165,9 @@ void OrbOdometry::bridge(OrbResult& result, double dt, const std::shared_ptr<Fra
   }
   T_odom_camera_ = bridge_->lastPose();
   if (seen) seen->T_camera_world = T_odom_camera_.inverse() * T_odom_world_;
-  setMotion(result, step.motion.motion, dt, step.motion.covariance);
+  // The unit of length is as uncertain as while the way was measured.
+  setMotion(result, step.motion.motion, dt,
+            step.motion.covariance + covarianceOfUnit(step.motion.motion.translation));
   result.sample.bridged = true;
 }
 

@@ -251,12 +251,16 @@ void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& step, doubl
   result.sample.covariance = result.covariance;
 }
 
+Matrix6 OrbOdometry::covarianceOfUnit(const Eigen::Vector3d& way) const {
+  const Eigen::Vector3d error = kRoadErrors * scale_keeper_.sigma() * way;
+  Matrix6 covariance = Matrix6::Zero();
+  covariance.topLeftCorner<3, 3>() = error * error.transpose();
+  return covariance;
+}
+
 Matrix6 OrbOdometry::covarianceOfMotion(const RigidTransform& motion, const Matrix6& covariance) const {
   // Both poses come from the same landmarks, whose common error is that of the scale.
-  Matrix6 sum = kLandmarkErrors * (covariance + last_covariance_);
-  const Eigen::Vector3d in_scale = kRoadErrors * scale_keeper_.sigma() * motion.translation;
-  sum.topLeftCorner<3, 3>() += in_scale * in_scale.transpose();
-  return sum;
+  return kLandmarkErrors * (covariance + last_covariance_) + covarianceOfUnit(motion.translation);
 }
 
 void OrbOdometry::rememberPose() {

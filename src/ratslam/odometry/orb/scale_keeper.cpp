@@ -6,18 +6,17 @@
 namespace ratslam {
 namespace {
 
-constexpr std::size_t kToLock = 5;      // number of measurements that must agree if the target is known
-constexpr std::size_t kToLearn = 15;    // the same if they define the target
-constexpr double kAgreement = 0.08;     // their largest median absolute deviation [log height]
-constexpr double kNormalGain = 0.02;    // of the slow average of the road's normal
-constexpr double kSurprises = 40.0;     // number of innovations in their mean square
-constexpr double kLeastSurprise = 0.1;  // bound on the mean square: common errors do not show in innovations
-constexpr double kBlock = 20.0;         // distance over which corrections are summed [heights]
-constexpr double kPriorBlocks = 3.0;    // weight of the prior of the walk [blocks]
-constexpr double kPriorWalk = 0.003;    // prior: random walk of the unit [1/sqrt(height)]
-constexpr double kSeenLately = 60.0;    // the unit is anchored up to this distance after a road [heights]
+constexpr std::size_t kToLock = 5;    // number of measurements that must agree if the target is known
+constexpr std::size_t kToLearn = 15;  // the same if they define the target
+constexpr double kAgreement = 0.08;   // their largest median absolute deviation [log height]
+constexpr double kNormalGain = 0.02;  // of the slow average of the road's normal
+constexpr double kSeenLately = 60.0;  // the unit is anchored up to this distance after a road [heights]
+constexpr double kNotDriven =
+    20.0;  // without a patch passed over for so long, the plane ahead counts [heights]
 constexpr double kLowestHeight = 0.02;  // range of the search, in median depths of the landmarks
 constexpr double kHighestHeight = 0.5;
+
+double square(double x) { return x * x; }
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -44,52 +43,27 @@ std::vector<const Frame*> earlierViews(const LocalMap& map, double short_baselin
 }  // namespace
 
 ScaleKeeper::ScaleKeeper(const ScaleParams& params, const Eigen::Vector3d& normal)
-    : params_(params), normal_(normal.normalized()) {
+    : params_(params), normal_(normal.normalized()), filter_(params.filter) {
   if (params.camera_height > 0.0) target_ = params.camera_height;
-}
-
-double ScaleKeeper::walkVariance() const {
-  const double unit = target_.value_or(1.0);
-  const double prior_way = kPriorBlocks * kBlock * unit;
-  const double prior = kPriorWalk * kPriorWalk / unit;
-  return (prior * prior_way + blocks_squares_) / (prior_way + blocks_way_);
+  filter_.start(target_.value_or(1.0));
 }
 
 double ScaleKeeper::sigma() const {
-  return std::sqrt((locked_ ? std::max(kLeastSurprise, surprise_) * variance_ : start_variance_) +
-                   walkVariance() * unseen_);
+  return locked_ ? filter_.sigma() : std::sqrt(start_variance_ + filter_.walkVariance() * way_);
 }
 
 UnitOfLength ScaleKeeper::unit() const {
   UnitOfLength unit;
-  unit.walk_sigma = std::sqrt(walkVariance());
-  if (locked_ && unseen_ < kSeenLately * *target_) unit.anchor_sigma = sigma();
+  unit.walk_sigma = std::sqrt(filter_.walkVariance());
+  if (locked_ && filter_.unseen() < kSeenLately * *target_) unit.anchor_sigma = sigma();
   return unit;
-}
-
-void ScaleKeeper::move(const LocalMap& map) {
-  const auto& keyframes = map.keyframes();
-  const Frame& before = *keyframes[keyframes.size() - 2].frame;
-  const double way = (keyframes.back().frame->centre() - before.centre()).norm();
-  unseen_ += way;
-  if (!locked_) return;
-  block_way_ += way;
-  if (block_way_ < kBlock * *target_) return;
-  blocks_way_ += block_way_;
-  blocks_squares_ += block_correction_ * block_correction_;
-  block_way_ = block_correction_ = 0.0;
-}
-
-void ScaleKeeper::corrected(double log_factor) {
-  unseen_ = 0.0;
-  block_correction_ += log_factor;
 }
 
 std::optional<double> ScaleKeeper::scaleOfNewMap(const CameraModel& camera, const LocalMap& map) {
   locked_ = false;
   pending_.clear();
-  unseen_ = block_way_ = block_correction_ = 0.0;
-  start_variance_ = params_.road_sigma * params_.road_sigma;
+  way_ = 0.0;
+  start_variance_ = square(params_.road_sigma);
   if (!target_ || map.keyframes().size() < 2) return std::nullopt;
   const Frame& now = *map.keyframes().back().frame;
   const double depth = map.medianDepth(now.T_camera_world);
@@ -101,18 +75,68 @@ std::optional<double> ScaleKeeper::scaleOfNewMap(const CameraModel& camera, cons
 }
 
 std::optional<double> ScaleKeeper::update(const CameraModel& camera, const LocalMap& map) {
-  if (map.keyframes().size() < 2) return std::nullopt;
-  move(map);
-  const Frame& now = *map.keyframes().back().frame;
+  const auto& keyframes = map.keyframes();
+  if (keyframes.size() < 2) return std::nullopt;
+  const Frame& now = *keyframes.back().frame;
+  const RigidTransform T_now_before =
+      now.T_camera_world * keyframes[keyframes.size() - 2].frame->T_camera_world.inverse();
+  const double way = T_now_before.translation.norm();
   if (!locked_) {
+    way_ += way;
     const double depth = map.medianDepth(now.T_camera_world);
     const auto road = searchRoad(camera, now, earlierViews(map, 0.02 * depth, 0.06 * depth), normal_,
                                  kLowestHeight * depth, kHighestHeight * depth, road_);
     return road ? lock(std::log(road->plane.height)) : std::nullopt;
   }
+  filter_.move(way);
+  undriven_ += way;
+  std::vector<DrivenHeight> heights = driven_.moveOn(T_now_before, *target_);
   const auto road =
       measureRoad(camera, now, earlierViews(map, 0.3 * *target_, 0.9 * *target_), {normal_, *target_}, road_);
-  return road ? filter(*road) : std::nullopt;
+  if (road) {
+    if (const auto driven = driven_.add(*road)) heights.push_back(*driven);
+  }
+  return correct(heights, road);
+}
+
+std::optional<double> ScaleKeeper::correct(const std::vector<DrivenHeight>& heights,
+                                           const std::optional<RoadMeasurement>& road) {
+  if (!heights.empty()) undriven_ = 0.0;
+  double log_factor = 0.0;
+  for (const DrivenHeight& driven : heights) {
+    log_factor +=
+        use(std::log(*target_ / driven.height) - log_factor, driven.sigma_log, params_.driven_sigma);
+  }
+  if (road) {
+    const double log_error = std::log(*target_ / road->plane.height);
+    const double variance = square(road->sigma_log) + square(params_.road_sigma);
+    // A car ahead or a wall must not become the road's normal.
+    if (filter_.expects(log_error, variance)) {
+      normal_ = (normal_ + kNormalGain * (road->plane.normal - normal_)).normalized();
+    }
+    if (undriven_ > kNotDriven * *target_) {
+      log_factor += use(log_error - log_factor, road->sigma_log, params_.road_sigma);
+    }
+  }
+  if (filter_.lost()) {
+    locked_ = false;
+    way_ = 0.0;
+    start_variance_ = square(params_.filter.start_sigma);
+  }
+  if (log_factor == 0.0) return std::nullopt;
+  driven_.rescale(std::exp(log_factor));
+  return std::exp(log_factor);
+}
+
+/// Uses one measurement. @return log of the factor by which the unit is to be corrected
+double ScaleKeeper::use(double log_error, double sigma_log, double road_sigma) {
+  const bool starting = filter_.starting();
+  const double correction = filter_.use(log_error, square(sigma_log) + square(road_sigma));
+  if (!starting || filter_.starting() || !target_is_guess_) return correction;
+  // The unit is arbitrary, so the better height becomes the target, and the unit stays.
+  *target_ *= std::exp(-correction);
+  target_is_guess_ = false;
+  return 0.0;
 }
 
 std::optional<double> ScaleKeeper::lock(double log_height) {
@@ -125,30 +149,15 @@ std::optional<double> ScaleKeeper::lock(double log_height) {
   for (const double value : pending_) deviations.push_back(std::abs(value - middle));
   if (median(deviations) > kAgreement) return std::nullopt;
   locked_ = true;
-  rejections_ = 0;
   pending_.clear();
-  variance_ = params_.road_sigma * params_.road_sigma / 2.0;
-  if (!target_) target_ = std::exp(middle);
-  unseen_ = block_way_ = block_correction_ = 0.0;
-  return *target_ / std::exp(middle);
-}
-
-std::optional<double> ScaleKeeper::filter(const RoadMeasurement& measurement) {
-  variance_ += params_.drift_sigma * params_.drift_sigma;
-  const double innovation = std::log(*target_ / measurement.plane.height);
-  const double noise =
-      measurement.sigma_log * measurement.sigma_log + params_.road_sigma * params_.road_sigma;
-  if (innovation * innovation > params_.gate * (variance_ + noise)) {
-    if (++rejections_ >= params_.rejections_to_doubt) locked_ = false;
-    return std::nullopt;
+  if (!target_) {
+    target_ = std::exp(middle);
+    target_is_guess_ = true;
   }
-  rejections_ = 0;
-  surprise_ += (innovation * innovation / (variance_ + noise) - surprise_) / kSurprises;
-  const double gain = variance_ / (variance_ + params_.correlated * noise);
-  variance_ *= 1.0 - gain;
-  normal_ = (normal_ + kNormalGain * (measurement.plane.normal - normal_)).normalized();
-  corrected(gain * innovation);
-  return std::exp(gain * innovation);
+  driven_.clear();
+  undriven_ = 0.0;
+  filter_.start(*target_);
+  return *target_ / std::exp(middle);
 }
 
 }  // namespace ratslam
