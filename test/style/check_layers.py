@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The storeys of the house: the core knows no ROS, and its models do not know each other.
+"""The storeys of the house: the core knows no ROS, and of its models only the map knows another: odometry.
 
 Usage: check_layers.py SOURCE_TREE. Lists each include that breaks a rule and exits with 1 if there is any.
 """
