@@ -14,7 +14,8 @@ import sys
 
 import numpy as np
 
-SCRIPTS = os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "scripts")
+SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
+SCRIPTS = os.path.join(SOURCE, "scripts")
 sys.path.insert(0, SCRIPTS)
 
 from ratslam_tools.datasets import flat_yaml, truth  # noqa: E402
@@ -126,7 +127,8 @@ def row(name, data, out):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", help="folder of the data sets")
-    parser.add_argument("--out", default="out/suggestions", help="folder for recordings and runs (default: %(default)s)")
+    parser.add_argument("--out", default=os.path.join(SOURCE, "out", "endurance", "suggestions"),
+                        help="folder for recordings and runs (default: %(default)s)")
     parser.add_argument("--drives", nargs="+", choices=sorted(DRIVES), default=list(DRIVES))
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)

@@ -3,7 +3,7 @@
 
 Usage: python_readers.py [--inputs N] [--seed S] [--keep DIR] [TARGET ...]
 The inputs are a function of seed and number alone. Exits with 1 where a reader raises anything else, and leaves
-the input under DIR (default: fuzz_findings).
+the input under DIR (default: out/endurance/fuzz_python of the source tree).
 """
 
 import argparse
@@ -17,7 +17,8 @@ import time
 import traceback
 import warnings
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "scripts"))
+SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
+sys.path.insert(0, os.path.join(SOURCE, "scripts"))
 from ratslam_tools.cli import ini_to_yaml, recorder_to_bag  # noqa: E402
 from ratslam_tools.datasets import bags, calibration, donkey, flat_yaml, kitti, odometry_file, recorder  # noqa: E402
 from ratslam_tools.errors import InputError  # noqa: E402
@@ -232,7 +233,8 @@ def main() -> int:
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of {', '.join(TARGETS)} (default: all)")
     parser.add_argument("--inputs", type=int, default=10000, help="of each target (default %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="default %(default)s")
-    parser.add_argument("--keep", default="fuzz_findings", metavar="DIR", help="folder for findings (default %(default)s)")
+    parser.add_argument("--keep", default=os.path.join(SOURCE, "out", "endurance", "fuzz_python"), metavar="DIR",
+                        help="folder for findings (default %(default)s)")
     arguments = parser.parse_args()
     unknown = [name for name in arguments.targets if name not in TARGETS]
     if unknown:
