@@ -138,8 +138,8 @@ TEST(Descriptors, MutuallyMostSimilarPairsAreThoseOfTwoPlainSearches) {
   for (int i = 0; i < 100; ++i) {  // noisy copies, some of them twice
     first.row(random.uniform(0, first.rows)).copyTo(second.row(i));
     for (int flips = random.uniform(0, 90); flips > 0; --flips) {
-      second.at<std::uint8_t>(i, random.uniform(0, 32)) ^=
-          static_cast<std::uint8_t>(1 << random.uniform(0, 8));
+      std::uint8_t& byte = second.at<std::uint8_t>(i, random.uniform(0, 32));
+      byte = static_cast<std::uint8_t>(byte ^ (1 << random.uniform(0, 8)));
     }
   }
   std::vector<std::pair<std::size_t, std::size_t>> expected;

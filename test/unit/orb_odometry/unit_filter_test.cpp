@@ -34,7 +34,7 @@ TEST_F(UnitFilterOnARoad, BeginsWithTheMedianOfTheFirstMeasurements) {
   for (int i = 0; i < 3; ++i) measure();
   EXPECT_EQ(error_, 0.08);
   EXPECT_TRUE(filter_.starting());
-  EXPECT_NEAR(filter_.sigma(), 0.1, 0.01);
+  EXPECT_NEAR(filter_.sigma(), UnitFilterParams{}.start_sigma, 0.01);
   measure();
   EXPECT_FALSE(filter_.starting());
   EXPECT_NEAR(error_, 0.0, 1e-12);

@@ -16,8 +16,8 @@
 namespace ratslam {
 
 struct UnitFilterParams {
-  double start_sigma =
-      0.1;  ///< of the log of the unit at the start: in a turn all first heights can share an error
+  /// Standard deviation of the log of the unit at the start, from planes ahead alone.
+  double start_sigma = 0.05;
   double correlated = 4.0;  ///< length over which patches show the same piece of road [heights]
   double gate = 9.0;        ///< squared innovation of an outlier [sigma^2]
 };
