@@ -73,7 +73,7 @@ class Services(chain.ChainTest):
         del self.views[:]
         self.drive(10)
         self.assertLess(self.experiences(), known)
-        self.assertEqual(min(self.seen()), 0)
+        self.wait(lambda: 0 in self.seen())  # views arrive on a connection of their own, perhaps after the poses
 
         self.done("LoadMap", MapPath, kept)
         self.wait(lambda: self.experiences() == known)
