@@ -61,8 +61,8 @@ class DrivenRoad {
                                                  const Eigen::Vector3d& to);
 
   std::deque<Patch> patches_;  // not passed over yet
-  std::deque<Eigen::Vector3d>
-      path_;  // of the camera up to the newest keyframe; empty before the first moveOn
+  // Places of the camera up to the newest keyframe; empty before the first moveOn.
+  std::deque<Eigen::Vector3d> path_;
 };
 
 }  // namespace ratslam

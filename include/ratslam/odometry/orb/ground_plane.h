@@ -28,8 +28,8 @@ struct RoadMeasurement {
   double sigma_log = 0.0;  ///< standard deviation of log height
   /// The point of the patch whose distance from the camera's path is known best, camera axes [odometry unit].
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  double sigma_centre =
-      0.0;  ///< standard deviation of log height at the centre, where the tilt does not matter
+  /// Standard deviation of log height at the centre, where the tilt does not matter.
+  double sigma_centre = 0.0;
   double correlation = 0.0;  ///< of the aligned grey values in [-1, 1]
 };
 
