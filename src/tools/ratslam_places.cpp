@@ -287,7 +287,7 @@ void run(const Options& options) {
   const LocalViewParams params = parametersOf(options);
   AtomicFile file(options.out);
   std::ostream& out = file.stream();
-  out << (options.starts > 0 && !options.open ? "start," : "") << "frame,place,score,claimed"
+  out << (options.starts > 0 ? "start," : "") << "frame,place,score,claimed"
       << (options.open ? ",until\n" : "\n");
   if (options.open) {
     mapAndRecall(options, params, out);
