@@ -38,6 +38,13 @@ class Playback(harness.FolderTest):
         self.assertEqual(self.run_offline(bag, "profile"), reference)
         self.assertEqual(self.in_two_parts(bag, "profile_parts", compressed="true"), reference)
 
+    def test_the_last_images_arrive_although_all_are_published_at_once(self):
+        """They fill the queues of the player, which must not end before it has sent them."""
+        bag = self.path("at_once.bag")
+        harness.write_bag(bag, "/drive", FRAMES, size=(1280, 960))
+        played = self.play(bag, 1000, odometry="profile")
+        self.assertEqual(played[0].count(b"\n"), FRAMES)
+
     def in_two_parts(self, bag, name, rate=5, first=FRAMES // 2, **arguments):
         """The same, with all nodes ended after that many images, where no message is on its way, and started again."""
         parts = [self.path(f"{name}_{part}.bag") for part in (1, 2)]
