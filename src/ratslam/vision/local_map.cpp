@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "ratslam/common/state.h"
+#include "ratslam/common/statistics.h"
 
 namespace ratslam {
 
@@ -122,10 +124,7 @@ double LocalMap::medianDepth(const RigidTransform& T_camera_world) const {
     const double depth = (T_camera_world * landmark.position).z();
     if (depth > 0.0) depths.push_back(depth);
   }
-  if (depths.empty()) return 0.0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return depths.empty() ? 0.0 : median(std::move(depths));
 }
 
 }  // namespace ratslam

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
+
+#include "ratslam/common/statistics.h"
 
 namespace ratslam {
 namespace {
@@ -76,10 +79,8 @@ Matrix6 clusteredCovariance(const CameraModel& camera, const PoseEstimate& estim
 
 double robustSigma(std::vector<double> error_lengths) {
   if (error_lengths.empty()) return 0.0;
-  const auto middle = error_lengths.begin() + static_cast<std::ptrdiff_t>(error_lengths.size() / 2);
-  std::nth_element(error_lengths.begin(), middle, error_lengths.end());
   constexpr double kRayleighMedian = 1.1774100225154747;  // sqrt(2 ln 2): median length at unit deviation
-  return *middle / kRayleighMedian;
+  return median(std::move(error_lengths)) / kRayleighMedian;
 }
 
 PoseEstimate refinePose(const CameraModel& camera, const RigidTransform& initial,

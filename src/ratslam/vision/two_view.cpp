@@ -7,6 +7,7 @@
 #include <opencv2/core/eigen.hpp>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/common/statistics.h"
 #include "ratslam/vision/pose_refinement.h"
 #include "ratslam/vision/triangulation.h"
 
@@ -112,11 +113,7 @@ TwoViewMotion triangulateAll(const CameraModel& camera, const RigidTransform& mo
     angles.push_back(radiansToDegrees(parallax(*point, views)));
   }
   result.triangulated = static_cast<int>(angles.size());
-  if (!angles.empty()) {
-    const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-    std::nth_element(angles.begin(), middle, angles.end());
-    result.parallax_deg = *middle;
-  }
+  if (!angles.empty()) result.parallax_deg = median(std::move(angles));
   return result;
 }
 

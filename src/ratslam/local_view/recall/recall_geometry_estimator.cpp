@@ -10,6 +10,7 @@
 
 #include "ratslam/camera/grey.h"
 #include "ratslam/common/angles.h"
+#include "ratslam/common/statistics.h"
 #include "ratslam/vision/rigid_transform.h"
 
 namespace ratslam {
@@ -53,10 +54,7 @@ double depthSignal(const RecallBundle& bundle) {
     const RecallPoint& point = bundle.points[static_cast<std::size_t>(seen.point)];
     if (seen.inlier) signals.push_back(point.inverse_depth / point.sigma);
   }
-  if (signals.empty()) return 0.0;
-  const auto middle = signals.begin() + static_cast<std::ptrdiff_t>(signals.size() / 2);
-  std::nth_element(signals.begin(), middle, signals.end());
-  return *middle;
+  return signals.empty() ? 0.0 : median(std::move(signals));
 }
 
 /// Fills in the geometry from the pose of the present image, in the axes of the template's camera (x forward, y left).

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/common/statistics.h"
 #include "ratslam/vision/matching.h"
 
 namespace ratslam {
@@ -212,11 +213,7 @@ Refined refineOnce(const std::vector<Match>& matches, RigidTransform motion, dou
     const Vector5 change = -hessian.ldlt().solve(gradient);
     if (!change.allFinite()) break;
     motion = moved(motion, across, change);
-    if (!small.empty()) {
-      const auto middle = small.begin() + static_cast<std::ptrdiff_t>(small.size() / 2);
-      std::nth_element(small.begin(), middle, small.end());
-      sigma = std::max(kLeastSigma, std::min(0.9 * sigma, 1.5 * *middle));
-    }
+    if (!small.empty()) sigma = std::max(kLeastSigma, std::min(0.9 * sigma, 1.5 * median(small)));
     if (change.squaredNorm() < 1e-14) break;
   }
   return {motion, across, hessian.ldlt().solve(Matrix5::Identity())};

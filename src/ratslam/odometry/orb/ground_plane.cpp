@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/common/statistics.h"
 
 namespace ratslam {
 namespace {
@@ -162,13 +163,6 @@ Comparison compare(const std::vector<RoadSample>& samples, const Warped& warped)
   return result;
 }
 
-double medianAbsolute(std::vector<double> values) {
-  for (double& v : values) v = std::abs(v);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// The plane after small changes (log height, tilt about x, tilt about z).
 RoadPlane moved(const RoadPlane& plane, const Eigen::Vector3d& change) {
   const Eigen::Vector3d normal = expRotation({change(1), 0.0, change(2)}) * plane.normal;
@@ -229,7 +223,7 @@ bool fitLevel(const CameraModel& camera, const Frame& now, const std::vector<con
       const Comparison comparison = compare(samples, warped);
       if (comparison.residual.empty()) return false;
       correlation += comparison.correlation / static_cast<double>(earlier.size());
-      const double sigma = std::max(kMinGreySigma, 1.4826 * medianAbsolute(comparison.residual));
+      const double sigma = std::max(kMinGreySigma, 1.4826 * medianDeviation(comparison.residual, 0.0));
       for (std::size_t i = 0; i < comparison.residual.size(); ++i) {
         const double normalised = comparison.residual[i] / sigma;
         const double weight =

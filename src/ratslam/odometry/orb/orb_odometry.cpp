@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ratslam/camera/grey.h"
 #include "ratslam/common/angles.h"
 #include "ratslam/common/params.h"
+#include "ratslam/common/statistics.h"
 #include "ratslam/odometry/orb/relocalisation.h"
 #include "ratslam/vision/triangulation.h"
 #include "ratslam/vision/window_adjustment.h"
@@ -184,9 +186,7 @@ bool OrbOdometry::standsStill() const {
     if (before->landmark == now.landmark) moved.push_back((before->pixel - now.pixel).norm());
   }
   if (static_cast<int>(moved.size()) < params_.min_tracked) return false;
-  const auto middle = moved.begin() + static_cast<std::ptrdiff_t>(moved.size() / 2);
-  std::nth_element(moved.begin(), middle, moved.end());
-  return *middle < kStillPixels;
+  return median(std::move(moved)) < kStillPixels;
 }
 
 void OrbOdometry::rescale(double factor) {

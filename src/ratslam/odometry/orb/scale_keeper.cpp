@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ratslam/common/statistics.h"
+
 namespace ratslam {
 namespace {
 
@@ -16,14 +18,6 @@ constexpr double kNotDriven =
     20.0;  // without a patch passed over for so long, the plane ahead counts [heights]
 constexpr double kLowestHeight = 0.02;  // range of the search, in median depths of the landmarks
 constexpr double kHighestHeight = 0.5;
-
-double square(double x) { return x * x; }
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Earlier keyframes that see the same road: for each of two baselines the nearest one that has at least it.
 std::vector<const Frame*> earlierViews(const LocalMap& map, double short_baseline, double long_baseline) {
@@ -146,10 +140,9 @@ std::optional<double> ScaleKeeper::lock(double log_height) {
   pending_.push_back(log_height);
   if (pending_.size() < needed) return std::nullopt;
   if (pending_.size() > needed) pending_.pop_front();
-  const double middle = median({pending_.begin(), pending_.end()});
-  std::vector<double> deviations;
-  for (const double value : pending_) deviations.push_back(std::abs(value - middle));
-  if (median(deviations) > kAgreement) return std::nullopt;
+  const std::vector<double> latest(pending_.begin(), pending_.end());
+  const double middle = median(latest);
+  if (medianDeviation(latest, middle) > kAgreement) return std::nullopt;
   locked_ = true;
   pending_.clear();
   if (!target_) {

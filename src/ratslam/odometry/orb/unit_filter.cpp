@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "ratslam/common/statistics.h"
+
 namespace ratslam {
 namespace {
 
@@ -17,22 +19,6 @@ constexpr double kLeastSurprise = 0.1;   // bound on the mean square: common err
 constexpr double kBlock = 20.0;          // length over which corrections are summed [heights]
 constexpr double kPriorBlocks = 3.0;     // weight of the prior of the walk [blocks]
 constexpr double kPriorWalk = 0.003;     // prior: standard deviation of the walk [1/sqrt(height)]
-
-double square(double x) { return x * x; }
-
-double median(const std::deque<double>& values) {
-  std::vector<double> sorted(values.begin(), values.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
-}
-
-double medianDeviation(const std::deque<double>& values) {
-  const double middle = median(values);
-  std::deque<double> deviations;
-  for (const double value : values) deviations.push_back(std::abs(value - middle));
-  return median(deviations);
-}
 
 }  // namespace
 
@@ -93,15 +79,17 @@ double UnitFilter::doubt(double log_error, double variance) {
   const double piece = params_.correlated * height_;
   if (collected_.size() < kToChange || unseen_ < kPiecesToChange * piece) return 0.0;
   const double bound = params_.gate * std::max(1.0, surprise_) * variance;
-  if (square(medianDeviation(collected_)) <= bound) return finishStart();
+  const std::vector<double> latest(collected_.begin(), collected_.end());
+  if (square(medianDeviation(latest, median(latest))) <= bound) return finishStart();
   lost_ = doubted_ >= kPiecesToLose * piece;
   return 0.0;
 }
 
 /// Takes the median of the collected measurements as a measurement of a unit that hardly is known.
 double UnitFilter::finishStart() {
-  const double correction = median(collected_);
-  variance_ = square(medianDeviation(collected_)) + square(params_.start_sigma / kToStart);
+  const std::vector<double> measured(collected_.begin(), collected_.end());
+  const double correction = median(measured);
+  variance_ = square(medianDeviation(measured, correction)) + square(params_.start_sigma / kToStart);
   collected_.clear();
   starting_ = false;
   unseen_ = doubted_ = block_way_ = block_correction_ = 0.0;
