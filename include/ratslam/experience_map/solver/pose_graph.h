@@ -21,6 +21,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "ratslam/experience_map/map_pose.h"
@@ -42,8 +43,10 @@ struct Constraint {
   double scale_kept = 1.0;  ///< factor from the log-scale of `from` to its part at `to`
   bool recall = false;      ///< a recall: no information about scale, in the map's unit, may be wrong
   bool vague = false;       ///< a recall without image geometry: about the same place
-  double doubt = 1.0;       ///< width of this constraint's kernel, in units of the graph's
-  bool shortcut = false;    ///< later odometry over a stretch that the chain of constraints also covers
+  /// Of a vague recall, the distance from the recall before it [m]. Far away where there is none.
+  double apart = std::numeric_limits<double>::max();
+  double doubt = 1.0;     ///< width of this constraint's kernel, in units of the graph's
+  bool shortcut = false;  ///< later odometry over a stretch that the chain of constraints also covers
 
   /// Whether the constraint closes a loop, and so can disagree with earlier constraints.
   bool closes() const { return recall || shortcut; }
@@ -61,6 +64,7 @@ struct Constraint {
     fields("scale_kept", scale_kept);
     fields("recall", recall);
     fields("vague", vague);
+    fields("apart", apart);
     fields("doubt", doubt);
     fields("shortcut", shortcut);
   }

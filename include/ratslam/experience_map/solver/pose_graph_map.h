@@ -75,6 +75,8 @@ class PoseGraphMap : public MapSolver {
   };
 
   std::uint32_t extendChain(const RobotPlace& robot);
+  /// Weighs a recall without image geometry by its distance from the one before it.
+  void weighAfterLast(Constraint& recall);
   /// Odometry constraint from the pose at which the robot was placed to its present pose.
   Constraint drivenConstraint(const RobotPlace& robot) const;
   /// The same from the robot's frame, beside which it may have been placed.
@@ -116,6 +118,8 @@ class PoseGraphMap : public MapSolver {
   PassEvidence evidence_;
   std::optional<std::uint32_t> beside_;  ///< node beside which the robot is placed, if it is
   std::uint32_t strays_ = 0;             ///< consecutive recalls that disagreed
+  /// Node of the latest recall without image geometry.
+  std::optional<std::uint32_t> vague_recall_;
   /// Covariance of the newest node, or of the node beside which the robot is placed.
   NodeCovariance newest_covariance_ = NodeCovariance::Zero();
   std::map<std::uint32_t, NodeCovariance> ground_;  ///< of the nodes beside which it has been placed

@@ -7,7 +7,12 @@
 /// 2. Learning. The residuals at the optimum of the recalls that agree with the map give the spread as 1.4826
 ///    times the median of their sizes. The first guess is averaged in as if it were ten recalls. The spread is at
 ///    least spacing / sqrt(12): that of a place anywhere between two templates.
-/// A residual above that is an error of the odometry and not of the recall.
+/// 3. Correlation. Neighbouring recalls share much of their errors. The correlation r of the errors is taken to fall
+///    exponentially with the distance between the recalls (first-order autoregression), over a length that is
+///    learned from the residuals if nearly all recalls agree. After a recall at that distance, a recall tells
+///    (1 - r) / (1 + r) as much as an independent one about an error that both share, and is weighed so.
+/// None of this makes a recall weaker than the first guess: what is beyond that is an error of the odometry, whose
+/// residuals are correlated, too.
 #pragma once
 
 #include <vector>
@@ -27,7 +32,7 @@ class RecallSpread {
   /// Size of a place [m]: the unit in which pose_graph_map.cpp states other lengths.
   double place() const { return fixed_ ? first_place_ : spacing_; }
 
-  /// Sets the weights of a recall without image geometry.
+  /// Sets the weights of a recall without image geometry. Its `apart` must be known.
   void weigh(Constraint& recall) const;
 
   /// Learns from the residuals of a graph at its optimum, if there are enough new recalls.
@@ -47,6 +52,27 @@ class RecallSpread {
   }
 
  private:
+  /// What has been learned of one component of the errors.
+  struct Component {
+    double sigma = 0.0;       ///< standard deviation, with the first guess averaged in; 0: not learned yet
+    double shown = 0.0;       ///< the same as the residuals alone show it
+    double correlated = 0.0;  ///< length over which the correlation falls to 1/e [m]; 0: independent
+
+    template <class Fields>
+    void stateFields(Fields&& fields) {
+      fields("sigma", sigma);
+      fields("shown", shown);
+      fields("correlated", correlated);
+    }
+
+    /// Standard deviation that gives a recall its weight. @param apart distance from the recall before it [m]
+    double effective(double guess, double apart) const;
+    /// @param errors of the recalls in their order, with their distances `apart`
+    /// @return whether the values have changed noticeably
+    bool learn(double guess, double least, const std::vector<double>& errors,
+               const std::vector<double>& apart, double near);
+  };
+
   bool fixed_;
   double first_place_;
   double first_facing_;
@@ -54,11 +80,10 @@ class RecallSpread {
   double spacing_ = 1.0;
   std::uint64_t counted_at_ = 0;  ///< number of spacings at the last median
   std::uint64_t learned_at_ = 0;  ///< number of recalls at the last call of learn() that used them
-  /// Standard deviations learned so far; 0: none yet.
-  double along_ = 0.0;
-  double across_ = 0.0;
-  double up_ = 0.0;
-  double facing_ = 0.0;
+  Component along_;
+  Component across_;
+  Component up_;
+  Component facing_;
 };
 
 }  // namespace ratslam

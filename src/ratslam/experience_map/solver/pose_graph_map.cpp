@@ -6,6 +6,7 @@
 #include <map>
 
 #include "ratslam/common/state.h"
+#include "ratslam/common/statistics.h"
 #include "ratslam/experience_map/solver/rejoin.h"
 
 namespace ratslam {
@@ -50,8 +51,6 @@ constexpr double kLostScale = 1.0;
 
 /// Width of a correction's kernel. A correction has four residuals, a recall mostly two: so its kernel is wider.
 constexpr double kCorrectionDoubt = 2.0;
-
-double square(double value) { return value * value; }
 
 /// A node beside which the robot has been placed, in its saved form.
 struct KnownNode {
@@ -108,6 +107,7 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   ++recalls_[experience];
   beside_.reset();
   constraint.to = extendChain(robot);
+  if (constraint.vague) weighAfterLast(constraint);
   pose_graph_.addConstraint(constraint);
   recalled_ = true;
   if (rejoin(pose_graph_, constraint)) {
@@ -118,6 +118,16 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   disagreement_ = std::max(
       disagreement_, PoseGraph::residual(constraint, nodes[constraint.from], nodes[constraint.to]).norm());
   return {constraint.to, Motion{}};
+}
+
+void PoseGraphMap::weighAfterLast(Constraint& recall) {
+  const auto& nodes = pose_graph_.nodes();
+  if (vague_recall_) {
+    const MapPose& last = nodes[*vague_recall_];
+    recall.apart = std::hypot(nodes[recall.to].x - last.x, nodes[recall.to].y - last.y);
+  }
+  vague_recall_ = recall.to;
+  spread_.weigh(recall);
 }
 
 RobotPlace PoseGraphMap::anchor(const ExperienceGraph&, const RobotPlace& robot) {
@@ -305,6 +315,7 @@ void PoseGraphMap::save(State& state) const {
   state.set("ground", ground);
   state.set("beside", beside_);
   state.set("strays", strays_);
+  state.set("vague_recall", vague_recall_);
   state.set("spread", spread_);
   state.set("newest_covariance", newest_covariance_);
   state.set("recalled", recalled_);
@@ -324,13 +335,14 @@ void PoseGraphMap::load(const State& state) {
   }
   state.get("beside", beside_);
   state.get("strays", strays_);
+  state.get("vague_recall", vague_recall_);
   state.get("spread", spread_);
   state.get("newest_covariance", newest_covariance_);
   state.get("recalled", recalled_);
   state.get("disagreement", disagreement_);
   const std::size_t frames = pose_graph_.nodes().size();
   if (offsets_.size() != nodes_.size() || recalls_.size() != nodes_.size() ||
-      beside_.value_or(0) >= std::max<std::size_t>(frames, 1) ||
+      std::max(beside_.value_or(0), vague_recall_.value_or(0)) >= std::max<std::size_t>(frames, 1) ||
       std::any_of(nodes_.begin(), nodes_.end(), [frames](std::uint32_t node) { return node >= frames; })) {
     throw std::runtime_error("state " + state.path() + "/nodes: they do not fit the pose graph");
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ratslam/common/statistics.h"
+
 namespace ratslam {
 namespace {
 
@@ -16,22 +18,50 @@ constexpr double kNoticeable = 0.05;        // relative change of a spread from 
 constexpr double kGaussian = 1.4826;        // standard deviation / median absolute value
 constexpr double kUniform = 0.28867513459481287;  // standard deviation / width
 constexpr double kLeastFacing = 0.02;             // [rad]
+constexpr double kAtPeace = 0.9;  // share of the recalls that must agree for their correlation to be theirs
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double joined(double guess, const std::vector<double>& sizes, double least) {
-  const double seen = kGaussian * median(sizes);
-  const double count = static_cast<double>(sizes.size());
-  const double variance =
-      (kFirstGuessCounts * guess * guess + count * seen * seen) / (kFirstGuessCounts + count);
-  return std::clamp(std::sqrt(variance), least, guess);
+/// Length over which the errors' correlation falls to 1/e, from recalls no farther apart than `near`.
+double correlatedLength(const std::vector<double>& errors, const std::vector<double>& apart, double near) {
+  double squares = 0.0;
+  double products = 0.0;
+  double distance = 0.0;
+  double pairs = 0.0;
+  for (std::size_t k = 1; k < errors.size(); ++k) {
+    if (apart[k] > near) continue;
+    products += errors[k] * errors[k - 1];
+    squares += 0.5 * (errors[k] * errors[k] + errors[k - 1] * errors[k - 1]);
+    distance += apart[k];
+    pairs += 1.0;
+  }
+  if (!(products > 0.0 && distance > 0.0)) return 0.0;
+  // Less the standard error of the correlation of independent errors (Bartlett 1946).
+  const double correlation = products / squares - 1.0 / std::sqrt(pairs);
+  return correlation > 0.0 ? -distance / pairs / std::log(correlation) : 0.0;
 }
 
 }  // namespace
+
+double RecallSpread::Component::effective(double guess, double apart) const {
+  const double single = sigma > 0.0 ? sigma : guess;
+  if (!(correlated > 0.0)) return single;
+  const double correlation = std::exp(-apart / correlated);
+  return std::clamp(shown * std::sqrt((1.0 + correlation) / (1.0 - correlation)), single,
+                    std::max(guess, single));
+}
+
+bool RecallSpread::Component::learn(double guess, double least, const std::vector<double>& errors,
+                                    const std::vector<double>& apart, double near) {
+  const double seen = kGaussian * medianDeviation(errors, 0.0);
+  shown = std::max(seen, least);
+  const double count = static_cast<double>(errors.size());
+  const double variance =
+      (kFirstGuessCounts * guess * guess + count * seen * seen) / (kFirstGuessCounts + count);
+  const Component before = *this;
+  sigma = std::clamp(std::sqrt(variance), least, guess);
+  correlated = correlatedLength(errors, apart, near);
+  const double used = before.effective(guess, near);
+  return std::abs(effective(guess, near) - used) > kNoticeable * used;
+}
 
 RecallSpread::RecallSpread(double place, double facing)
     : fixed_(place > 0.0), first_place_(place), first_facing_(facing) {}
@@ -45,13 +75,13 @@ void RecallSpread::addSpacing(double length) {
 }
 
 void RecallSpread::weigh(Constraint& recall) const {
-  const double along = along_ > 0.0 ? along_ : place();
-  const double across = across_ > 0.0 ? across_ : place();
+  const double along = along_.effective(place(), recall.apart);
+  const double across = across_.effective(place(), recall.apart);
   recall.xy_weight = Eigen::Vector2d(1.0 / along, 1.0 / across).asDiagonal();
-  recall.z_weight = 1.0 / (up_ > 0.0 ? up_ : place());
-  // Learning sharpens the recalls that agree. The kernel keeps its width in metres.
-  recall.doubt = std::max(place() / std::max(along, across), 1.0);
-  recall.yaw_weight = 1.0 / (facing_ > 0.0 ? facing_ : first_facing_);
+  recall.z_weight = 1.0 / up_.effective(place(), recall.apart);
+  recall.yaw_weight = 1.0 / facing_.effective(first_facing_, recall.apart);
+  // The kernel keeps its width in metres, whatever is learned.
+  recall.doubt = place() / std::max(along, across);
 }
 
 bool RecallSpread::learn(const PoseGraph& graph) {
@@ -69,29 +99,27 @@ bool RecallSpread::learn(const PoseGraph& graph) {
     return false;
   }
   learned_at_ = vague;
+  std::vector<double> apart;
   for (const Constraint& constraint : graph.constraints()) {
     if (!constraint.vague) continue;
     const Residual residual =
         PoseGraph::residual(constraint, graph.nodes()[constraint.from], graph.nodes()[constraint.to]);
     if (graph.weight(constraint, residual.squaredNorm()) < 0.5) continue;
-    along.push_back(std::abs(residual[0]) / constraint.xy_weight(0, 0));
-    across.push_back(std::abs(residual[1]) / constraint.xy_weight(1, 1));
-    facing.push_back(std::abs(residual[2]) / constraint.yaw_weight);
-    up.push_back(std::abs(residual[4]) / constraint.z_weight);
+    along.push_back(residual[0] / constraint.xy_weight(0, 0));
+    across.push_back(residual[1] / constraint.xy_weight(1, 1));
+    facing.push_back(residual[2] / constraint.yaw_weight);
+    up.push_back(residual[4] / constraint.z_weight);
+    apart.push_back(constraint.apart);
   }
   if (along.size() < kLeastRecalls) return false;
+  // Where the map is wrong its tension is in the residuals, whose correlation then tells nothing of recalls.
+  const bool at_peace = static_cast<double>(along.size()) >= kAtPeace * static_cast<double>(vague);
+  const double near = at_peace ? place() : 0.0;
   const double least = kUniform / kReach * place();
-  const auto update = [](double& value, double before, double now) {
-    const bool changed = std::abs(now - before) > kNoticeable * before;
-    value = now;
-    return changed;
-  };
-  const auto known = [](double value, double guess) { return value > 0.0 ? value : guess; };
-  const bool changes[] = {
-      update(along_, known(along_, place()), joined(place(), along, least)),
-      update(across_, known(across_, place()), joined(place(), across, least)),
-      update(up_, known(up_, place()), joined(place(), up, least)),
-      update(facing_, known(facing_, first_facing_), joined(first_facing_, facing, kLeastFacing))};
+  const bool changes[] = {along_.learn(place(), least, along, apart, near),
+                          across_.learn(place(), least, across, apart, near),
+                          up_.learn(place(), least, up, apart, near),
+                          facing_.learn(first_facing_, kLeastFacing, facing, apart, near)};
   return std::any_of(std::begin(changes), std::end(changes), [](bool changed) { return changed; });
 }
 
