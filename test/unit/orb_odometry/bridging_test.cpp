@@ -126,6 +126,28 @@ TEST_F(Bridging, FrozenCameraIsNotStandingStill) {
   EXPECT_NEAR(correction.motion.translation().norm(), kStep * (frameAt(correction.to) - 20), 0.5);
 }
 
+/// A camera without noise repeats its image as long as the car stands. The map's first frame is then older than all
+/// that were seen on the way.
+TEST_F(Bridging, WhoPullsAwayFromRestHasEachPlaceFromThereOn) {
+  const int rest = 12;
+  const auto pulls_away = [](int i) {
+    const int driven = std::max(i - rest, 0);
+    return cameraAt(0.0, 0.05 * driven + 0.005 * driven * driven);
+  };
+  const auto found = corrections(drive(50, pulls_away));
+  ASSERT_EQ(qualities_[rest], ImageQuality::kFrozen);
+  ASSERT_EQ(qualities_[rest + 1], ImageQuality::kUsable);
+  ASSERT_EQ(found.size(), 1U);
+  const OdometryCorrection& correction = *found[0].sample.correction;
+  const double scale = correction.motion.translation().norm() /
+                       trueMotion(pulls_away, 0, frameAt(correction.to)).translation().norm();
+  EXPECT_NEAR(scale, 1.0, 0.15);
+  for (const auto& place : correction.way) {
+    const Eigen::Vector3d truth = trueMotion(pulls_away, 0, frameAt(place.stamp)).translation();
+    EXPECT_LT((place.motion.translation() - scale * truth).norm(), 0.07) << "frame " << frameAt(place.stamp);
+  }
+}
+
 TEST_F(Bridging, PoseGoesOnByTheCorrectionAndTheWayLeadsThere) {
   const auto results = drive(50, straight, [](int i, cv::Mat& image) {
     if (i >= 20 && i < 40) image.setTo(i < 30 ? 250 : 2);

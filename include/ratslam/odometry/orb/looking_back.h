@@ -2,7 +2,7 @@
 ///
 /// A new map contains landmarks that earlier frames saw from farther away. Going back from its first frame, each
 /// older frame is tracked from its predicted pose. If that fails, for example across a gap, it is searched for by
-/// descriptor (relocalisation.h).
+/// descriptor (relocalisation.h). Frames between the map's first two keyframes are tracked from either.
 #pragma once
 
 #include <memory>

@@ -17,19 +17,22 @@ constexpr int kSearches = 3;                 // failed searches after which olde
 
 enum class Search { kNever, kWhilePromising, kAlways };
 
-/// Locates one frame after another, each from the pose of the one found before.
+/// Locates one frame after another, each from the pose of the one found before, the first one from a keyframe's.
 class Trail {
  public:
-  Trail(const CameraModel& camera, LocalMap& map, const Vector6& velocity, const LookingBackParams& params,
-        WorkerPool& workers)
-      : camera_(camera), map_(map), params_(params), workers_(workers), velocity_(velocity) {
-    const Frame& first = *map.keyframes().front().frame;
-    pose_ = first.T_camera_world;
-    stamp_ = first.stamp;
-    last_ = first.observations;
-  }
+  Trail(const CameraModel& camera, LocalMap& map, const Frame& keyframe, const Vector6& velocity,
+        const LookingBackParams& params, WorkerPool& workers)
+      : camera_(camera),
+        map_(map),
+        params_(params),
+        workers_(workers),
+        velocity_(velocity),
+        pose_(keyframe.T_camera_world),
+        stamp_(keyframe.stamp),
+        last_(keyframe.observations) {}
 
-  void follow(const Frame& original, Search search, std::vector<LocatedFrame>& located) {
+  /// @return whether the frame was found
+  bool follow(const Frame& original, Search search, std::vector<LocatedFrame>& located) {
     Frame frame = original;
     refreshFeatures(frame, camera_);
     const double dt = secondsBetween(stamp_, frame.stamp);
@@ -43,12 +46,13 @@ class Trail {
       outcome = relocalise(camera_, map_, frame, params_.search_inliers, params_.tracking, workers_);
       searches_ = outcome.tracked ? 0 : searches_ + 1;
     }
-    if (!outcome.tracked) return;
+    if (!outcome.tracked) return false;
     velocity_ = logTransform(outcome.estimate.T_camera_world * pose_.inverse()) / dt;
     pose_ = outcome.estimate.T_camera_world;
     stamp_ = frame.stamp;
     last_ = std::move(frame.observations);
     located.push_back({stamp_, std::move(outcome.estimate)});
+    return true;
   }
 
  private:
@@ -58,7 +62,7 @@ class Trail {
   WorkerPool& workers_;
   Vector6 velocity_;
   RigidTransform pose_;
-  Stamp stamp_ = 0;
+  Stamp stamp_;
   std::vector<Observation> last_;
   int searches_ = 0;
 };
@@ -70,18 +74,29 @@ std::vector<LocatedFrame> lookBack(const CameraModel& camera, const LocalMap& ma
                                    const LookingBackParams& params, WorkerPool& workers) {
   std::sort(frames.begin(), frames.end(), [](const auto& a, const auto& b) { return a->stamp < b->stamp; });
   LocalMap copy = map;  // sightings in old frames must not count in the statistics of the landmarks
-  const Stamp begin = map.keyframes().front().frame->stamp;
-  const auto first =
-      std::find_if(frames.begin(), frames.end(), [&](const auto& frame) { return frame->stamp >= begin; });
+  const Frame& first = *map.keyframes().front().frame;
+  const auto later = std::find_if(frames.begin(), frames.end(),
+                                  [&](const auto& frame) { return frame->stamp >= first.stamp; });
   std::vector<LocatedFrame> located;
-  Trail back(camera, copy, velocity, params, workers);
-  for (auto frame = first; frame != frames.begin();) {
+  Trail back(camera, copy, first, velocity, params, workers);
+  for (auto frame = later; frame != frames.begin();) {
     --frame;
     back.follow(**frame, frame == frames.begin() ? Search::kAlways : Search::kWhilePromising, located);
   }
-  Trail forth(camera, copy, velocity, params, workers);
-  for (auto frame = first; frame != frames.end(); ++frame) {
-    if ((*frame)->stamp > begin) forth.follow(**frame, Search::kNever, located);
+  Trail forth(camera, copy, first, velocity, params, workers);
+  auto next = later;
+  while (next != frames.end() &&
+         ((*next)->stamp == first.stamp || forth.follow(**next, Search::kNever, located))) {
+    ++next;
+  }
+  // The rest, as after a halt without images, from the other side.
+  const Frame& second = *map.keyframes()[1].frame;
+  const Vector6 velocity_between = logTransform(second.T_camera_world * first.T_camera_world.inverse()) /
+                                   secondsBetween(first.stamp, second.stamp);
+  Trail from_second(camera, copy, second, velocity_between, params, workers);
+  for (auto frame = frames.end(); frame != next;) {
+    --frame;
+    if ((*frame)->stamp < second.stamp) from_second.follow(**frame, Search::kNever, located);
   }
   std::sort(located.begin(), located.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
   return located;
