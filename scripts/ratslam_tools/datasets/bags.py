@@ -1,4 +1,4 @@
-"""Reading from and writing to rosbags. The only module that needs ROS (python3-rosbag and the message
+"""Reading from and writing to rosbags. With played_bag.py the only module that needs ROS (python3-rosbag and the message
 packages).
 """
 
