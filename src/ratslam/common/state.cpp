@@ -13,9 +13,12 @@ constexpr std::uint64_t kMagic = 0x3145544154535352;  // "RSSTATE1" in memory
 constexpr int kDeepest = 64;                          // bound on levels of States; deeper data are damaged
 
 std::string describe(StateType type, const StateShape& shape) {
+  constexpr std::size_t kMostNamed = 6;  // a damaged file may claim any number of sizes
   std::string text = stateTypeName(type);
   text += '[';
-  for (std::size_t i = 0; i < shape.size(); ++i) text += (i == 0 ? "" : " x ") + std::to_string(shape[i]);
+  for (std::size_t i = 0; i < std::min(shape.size(), kMostNamed); ++i)
+    text += (i == 0 ? "" : " x ") + std::to_string(shape[i]);
+  if (shape.size() > kMostNamed) text += " x ...: " + std::to_string(shape.size()) + " sizes";
   return text + ']';
 }
 

@@ -196,6 +196,19 @@ TEST(State, KeepsTheRowsOfATableAsTheyWereWhenItWasSet) {
   EXPECT_EQ(state.toBytes(), before);
 }
 
+/// As a damaged file may claim.
+TEST(State, AShapeOfAnyLengthIsRefusedInOneLine) {
+  StateArray array;
+  array.type = StateType::kInt8;
+  array.shape.assign(1000, 1);
+  array.bytes.resize(2);
+  State state;
+  const std::string said = test::messageOf([&] { state.setArray("cells", array); });
+  EXPECT_NE(said.find("2 bytes do not make int8[1 x 1"), std::string::npos) << said;
+  EXPECT_NE(said.find("1000 sizes"), std::string::npos) << said;
+  EXPECT_LT(said.size(), 200U);
+}
+
 TEST(State, RefusesAnotherVersion) {
   State state;
   state.child("part").setVersion(2);
