@@ -30,7 +30,7 @@ class Nodelets(harness.FolderTest):
             nodes = self.played("nodes", odometry=odometry)
             nodelets = self.played("nodelets", odometry=odometry, nodelet_manager="eyes", start_manager="true")
             self.assertGreaterEqual(nodes[1].count(b"\n"), 59)
-            self.assertEqual(nodelets, nodes)
+            self.assertEqual(nodelets, nodes, self.words())
 
     def test_names_are_those_of_the_nodes(self):
         launch = self.on_town(bag="", odometry="orb", nodelet_manager="eyes", start_manager="true")
