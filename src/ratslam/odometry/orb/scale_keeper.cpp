@@ -14,8 +14,7 @@ constexpr double kAgreement = 0.08;     // their largest median absolute deviati
 constexpr double kHeightError = 0.006;  // of the height itself, and of all measurements alike: 1 cm in 1.65 m
 constexpr double kNormalGain = 0.02;    // of the slow average of the road's normal
 constexpr double kSeenLately = 60.0;    // the unit is anchored up to this distance after a road [heights]
-constexpr double kNotDriven =
-    20.0;  // without a patch passed over for so long, the plane ahead counts [heights]
+constexpr double kNotDriven = 20.0;     // without a patch for so long, the plane ahead counts [heights]
 constexpr double kLowestHeight = 0.02;  // range of the search, in median depths of the landmarks
 constexpr double kHighestHeight = 0.5;
 
