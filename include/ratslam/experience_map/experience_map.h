@@ -61,9 +61,12 @@ class ExperienceMap {
   MapPose robotPose() const;
 
   /// Covariance of robotPose() (x, y, z, yaw) relative to the first experience [m, rad]: it follows from the
-  /// covariances of odometry and recalls at the last optimum of the solver. None before the first experience
-  /// and with exp_solver relaxation.
+  /// covariances of odometry and recalls at the last optimum of the solver, and from unitSigma(). None before the
+  /// first experience and with exp_solver relaxation.
   std::optional<Eigen::Matrix4d> robotCovariance() const;
+
+  /// Relative standard deviation of the map's metre: the greatest UnitOfLength::constant_sigma so far.
+  double unitSigma() const { return unit_sigma_; }
 
   bool withHeight() const { return params_.exp_height; }
 
@@ -134,6 +137,7 @@ class ExperienceMap {
   std::optional<std::uint32_t> current_;
   std::optional<Stamp> clock_;
   Stamp current_since_ = 0;
+  double unit_sigma_ = 0.0;
 };
 
 }  // namespace ratslam

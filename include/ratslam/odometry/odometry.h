@@ -20,11 +20,15 @@ struct UnitOfLength {
   std::optional<double> anchor_sigma;
   /// Relative standard deviation of the unit's random walk over one metre driven [1/sqrt(m)].
   double walk_sigma = 0.0;
+  /// Relative standard deviation of the true unit itself about the metre: one error for all motions, such as that of
+  /// a camera height measured by hand. It changes the size of a map and not its shape.
+  double constant_sigma = 0.0;
 
   template <class Fields>
   void stateFields(Fields&& fields) {
     fields("anchor_sigma", anchor_sigma);
     fields("walk_sigma", walk_sigma);
+    fields("constant_sigma", constant_sigma);
   }
 };
 

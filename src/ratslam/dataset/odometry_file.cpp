@@ -19,6 +19,7 @@ namespace {
 const std::vector<std::string> kPoseColumns{"r11", "r12", "r13", "x",   "r21", "r22",
                                             "r23", "y",   "r31", "r32", "r33", "z"};
 const std::vector<std::string> kQualityColumns{"unit_anchor", "unit_walk", "epoch", "bridged"};
+const char* const kConstantColumn = "unit_constant";
 
 std::vector<std::string> prefixed(const std::string& prefix, const std::vector<std::string>& names) {
   std::vector<std::string> result;
@@ -155,6 +156,7 @@ struct SampleColumns {
         pose(columns.find(kPoseColumns)),
         covariance(columns.find(covarianceColumns("cov_"))),
         quality(columns.find(kQualityColumns)),
+        unit_constant(columns.find({kConstantColumn})),
         correction(columns.find({"correction_from", "correction_to", "correction_way"})),
         correction_motion(columns.find(prefixed("correction_", kPoseColumns))),
         correction_covariance(columns.find(covarianceColumns("correction_cov_"))) {}
@@ -186,6 +188,9 @@ struct SampleColumns {
       sample.unit.emplace();
       if (columns.said(quality[0])) sample.unit->anchor_sigma = columns.number(quality[0]);
       sample.unit->walk_sigma = columns.number(quality[1]);
+      if (!unit_constant.empty() && columns.said(unit_constant[0])) {
+        sample.unit->constant_sigma = columns.number(unit_constant[0]);
+      }
     }
     if (columns.said(quality[2])) sample.epoch = columns.count(quality[2]);
     if (columns.said(quality[3])) sample.bridged = columns.count(quality[3]) != 0;
@@ -195,6 +200,7 @@ struct SampleColumns {
   std::vector<std::size_t> pose;
   std::vector<std::size_t> covariance;
   std::vector<std::size_t> quality;
+  std::vector<std::size_t> unit_constant;  ///< files of earlier versions have none
   std::vector<std::size_t> correction;
   std::vector<std::size_t> correction_motion;
   std::vector<std::size_t> correction_covariance;
@@ -234,7 +240,8 @@ void writeQuality(std::ostream& out, const OdometrySample& sample) {
   if (sample.unit && sample.unit->anchor_sigma) out << *sample.unit->anchor_sigma;
   out << ',';
   if (sample.unit) out << sample.unit->walk_sigma;
-  out << ',' << sample.epoch << ',' << (sample.bridged ? 1 : 0);
+  out << ',' << sample.epoch << ',' << (sample.bridged ? 1 : 0) << ',';
+  if (sample.unit) out << sample.unit->constant_sigma;
 }
 
 void writeCorrection(std::ostream& out, const std::optional<OdometryCorrection>& correction) {
@@ -292,7 +299,10 @@ void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& sam
   file << "frame,stamp,linear_x,angular_z";
   if (parts.pose) writeNames(file, kPoseColumns);
   if (parts.covariance) writeNames(file, covarianceColumns("cov_"));
-  if (parts.quality) writeNames(file, kQualityColumns);
+  if (parts.quality) {
+    writeNames(file, kQualityColumns);
+    writeNames(file, {kConstantColumn});
+  }
   if (parts.correction) {
     writeNames(file, {"correction_from", "correction_to", "correction_way"});
     writeNames(file, prefixed("correction_", kPoseColumns));

@@ -155,6 +155,7 @@ void ExperienceMap::integrate(Stamp end, const OdometryStep& step) {
       !std::isfinite(step.up)) {
     throw std::invalid_argument("odometry: motion up to stamp " + std::to_string(end) + " ns is not finite");
   }
+  if (step.unit) unit_sigma_ = std::max(unit_sigma_, step.unit->constant_sigma);
   OdometryStep carried = inUnitOf(step, robot_.standing.log_unit);
   if (!params_.exp_height) carried.up = 0.0;
   // A predicted stretch gets a link of its own, so that it can be corrected apart from the measured ones.
@@ -225,7 +226,15 @@ void ExperienceMap::settle() { solver_->settle(graph_); }
 MapPose ExperienceMap::robotPose() const { return compose(framePose(robot_.frame), robot_.motion.pose); }
 
 std::optional<Eigen::Matrix4d> ExperienceMap::robotCovariance() const {
-  return current_ ? solver_->covariance(robot_) : std::nullopt;
+  std::optional<Eigen::Matrix4d> covariance = current_ ? solver_->covariance(robot_) : std::nullopt;
+  if (covariance) {
+    // No loop shows an error of the metre, since it stretches the whole map. So the solver leaves it out.
+    const MapPose here = robotPose();
+    const MapPose& first = graph_.pose(0);
+    const Eigen::Vector4d stretched(here.x - first.x, here.y - first.y, here.z - first.z, 0.0);
+    *covariance += unit_sigma_ * unit_sigma_ * stretched * stretched.transpose();
+  }
+  return covariance;
 }
 
 std::vector<StampedPose> ExperienceMap::finalTrajectory() const {
@@ -257,6 +266,7 @@ void ExperienceMap::save(State& state) const {
   state.set("current", current_);
   state.set("clock", clock_);
   state.set("current_since", current_since_);
+  state.set("unit_sigma", unit_sigma_);
 }
 
 void ExperienceMap::load(const State& state) {
@@ -269,6 +279,7 @@ void ExperienceMap::load(const State& state) {
   state.get("current", current_);
   state.get("clock", clock_);
   state.get("current_since", current_since_);
+  state.get("unit_sigma", unit_sigma_);
   if (current_.value_or(0) >= std::max<std::size_t>(graph_.experiences().size(), 1)) {
     throw std::runtime_error("state " + state.path() + "/current: there is no experience " +
                              std::to_string(*current_));

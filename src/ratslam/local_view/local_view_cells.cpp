@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kRecentViews = 10;  // newest views, whose recall closes no loop
 
-constexpr std::uint32_t kStateVersion = 7;
+constexpr std::uint32_t kStateVersion = 8;
 
 }  // namespace
 

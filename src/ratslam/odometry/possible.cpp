@@ -45,7 +45,8 @@ std::string whyImpossible(const OdometrySample& sample) {
   if (why.empty() && sample.pose) why = beyond("the position", *sample.pose);
   if (why.empty() && sample.correction) why = whyImpossible(*sample.correction);
   const bool unit = !sample.unit || (std::isfinite(sample.unit->walk_sigma) &&
-                                     std::isfinite(sample.unit->anchor_sigma.value_or(0.0)));
+                                     std::isfinite(sample.unit->anchor_sigma.value_or(0.0)) &&
+                                     std::isfinite(sample.unit->constant_sigma));
   if (why.empty() && !unit) why = "the uncertainty of the unit of length is not finite";
   return why;
 }

@@ -133,6 +133,9 @@ class KeptDrive {
       at_.push_back(created ? *own[frame] : nearest(map.graph(), path_[k].pose));
     }
     if (saved.child("solver").hasChild("graph")) readErrors(saved.child("solver").child("graph"), trajectory);
+    for (std::optional<KnownErrors>& errors : errors_) {
+      if (errors) errors->unit.constant_sigma = map.unitSigma();
+    }
   }
 
   const std::vector<StampedPose>& path() const { return path_; }

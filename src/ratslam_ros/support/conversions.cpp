@@ -92,6 +92,7 @@ ratslam_ros::OdometryQuality qualityToMessage(const OdometrySample& sample) {
   message.bridged = sample.bridged ? 1 : 0;
   message.unit_anchor_sigma = sample.unit ? sample.unit->anchor_sigma.value_or(kNotSaid) : kNotSaid;
   message.unit_walk_sigma = sample.unit ? sample.unit->walk_sigma : kNotSaid;
+  message.unit_constant_sigma = sample.unit ? sample.unit->constant_sigma : kNotSaid;
   message.has_correction = sample.correction ? 1 : 0;
   message.correction_motion.orientation.w = 1.0;
   if (sample.correction) {
@@ -110,6 +111,7 @@ ratslam_ros::OdometryQuality qualityToMessage(const OdometrySample& sample) {
 void requireUsable(const ratslam_ros::OdometryQuality& message) {
   requireFinite("unit_walk_sigma", message.unit_walk_sigma);
   requireFinite("unit_anchor_sigma", message.unit_anchor_sigma);
+  requireFinite("unit_constant_sigma", message.unit_constant_sigma);
   if (message.has_correction == 0) return;
   const auto require_pose = [](const char* what, const geometry_msgs::Pose& pose) {
     for (const double value : {pose.position.x, pose.position.y, pose.position.z, pose.orientation.x,
@@ -134,6 +136,7 @@ void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sam
     sample.unit.emplace();
     sample.unit->walk_sigma = message.unit_walk_sigma;
     if (message.unit_anchor_sigma >= 0.0) sample.unit->anchor_sigma = message.unit_anchor_sigma;
+    sample.unit->constant_sigma = std::max(message.unit_constant_sigma, 0.0);
   }
   if (message.has_correction == 0) return;
   OdometryCorrection correction;

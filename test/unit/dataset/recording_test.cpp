@@ -135,12 +135,21 @@ TEST_F(DatasetTest, OdometryFileIsLaidIntoTheImagesByStamp) {
   EXPECT_EQ(order, "oiooiio");
 }
 
+TEST_F(DatasetTest, OdometryFileNeedNotStateTheErrorOfTheUnitItself) {
+  write("earlier.csv",
+        "stamp,linear_x,angular_z,unit_anchor,unit_walk,epoch,bridged\n1,0.5,0,0.02,0.001,7,0\n");
+  const OdometrySample read = readOdometryCsv(path("earlier.csv")).front();
+  EXPECT_EQ(read.unit->anchor_sigma, 0.02);
+  EXPECT_EQ(read.unit->constant_sigma, 0.0);
+  EXPECT_EQ(read.epoch, 7U);
+}
+
 TEST_F(DatasetTest, OdometryFileKeepsWhatTheOdometrySaysOfItself) {
   std::vector<OdometrySample> written(4);
   for (std::size_t i = 0; i < written.size(); ++i) written[i].stamp = static_cast<Stamp>(i) * 100000001;
   written[1].covariance = TwistCovariance::Random();
   written[1].unit = UnitOfLength{std::nullopt, 0.1 / 3.0};
-  written[2].unit = UnitOfLength{0.02, 0.0};
+  written[2].unit = UnitOfLength{0.02, 0.0, 0.1 / 7.0};
   written[2].epoch = 4000000000U;
   written[2].bridged = true;
   written[3].correction.emplace();
@@ -158,7 +167,9 @@ TEST_F(DatasetTest, OdometryFileKeepsWhatTheOdometrySaysOfItself) {
   EXPECT_EQ(*read[1].covariance, *written[1].covariance);
   EXPECT_FALSE(read[1].unit->anchor_sigma);
   EXPECT_EQ(read[1].unit->walk_sigma, 0.1 / 3.0);
+  EXPECT_EQ(read[1].unit->constant_sigma, 0.0);
   EXPECT_EQ(read[2].unit->anchor_sigma, 0.02);
+  EXPECT_EQ(read[2].unit->constant_sigma, 0.1 / 7.0);
   EXPECT_EQ(read[2].epoch, written[2].epoch);
   EXPECT_TRUE(read[2].bridged);
   EXPECT_EQ(read[3].correction->from, 5);

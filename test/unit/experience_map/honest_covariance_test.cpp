@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "oracle/experience_map_drive.h"
+#include "ratslam/common/state.h"
 
 namespace ratslam {
 namespace {
@@ -82,6 +83,43 @@ TEST(HonestCovariance, ErrorsLieWithinTheirBand) {
     EXPECT_GT(within, 0.9) << "recalls " << recall_share << ", mean " << mean;
     EXPECT_GT(mean, 0.3) << "recalls " << recall_share << ": it is not said larger than it is";
   }
+}
+
+/// An error of the metre stretches the whole map: it is part of what is said of a pose, and of no decision.
+TEST(HonestCovariance, AnErrorOfTheMetreGrowsWithTheDistanceFromTheStartAndLeavesTheMap) {
+  constexpr double kMetre = 0.01;
+  CityDrive city;
+  city.experiences = 200;
+  const auto steps = simulate(city);
+  ExperienceMap exact{ExperienceMapParams()};
+  ExperienceMap doubtful{ExperienceMapParams()};
+  for (ExperienceMap* map : {&exact, &doubtful}) {
+    map->start(steps.front().end);
+    for (std::size_t k = 1; k < steps.size(); ++k) {
+      OdometryStep step = steps[k].motion;
+      step.covariance = StepCovariance(Eigen::Vector4d::Constant(1e-4).asDiagonal());
+      step.unit = UnitOfLength{0.005, 0.001, map == &doubtful && k > 10 ? kMetre : 0.0};
+      map->integrate(steps[k].end, step);
+      map->apply(steps[k].action);
+    }
+  }
+  const MapPose first = exact.graph().pose(0);
+  const MapPose robot = exact.robotPose();
+  EXPECT_EQ(doubtful.robotPose().x, robot.x);
+  EXPECT_EQ(doubtful.robotPose().y, robot.y);
+  const Eigen::Vector2d way(robot.x - first.x, robot.y - first.y);
+  ASSERT_GT(way.norm(), 1.0);
+  const Eigen::Matrix4d more = *doubtful.robotCovariance() - *exact.robotCovariance();
+  const Eigen::Matrix2d of_place = more.topLeftCorner<2, 2>();
+  const Eigen::Matrix2d of_metre = kMetre * kMetre * way * way.transpose();
+  EXPECT_TRUE(of_place.isApprox(of_metre, 1e-6)) << more;
+  EXPECT_EQ(more(3, 3), 0.0);
+
+  State state;
+  doubtful.save(state);
+  ExperienceMap loaded{ExperienceMapParams()};
+  loaded.load(state);
+  EXPECT_EQ(*loaded.robotCovariance(), *doubtful.robotCovariance());
 }
 
 }  // namespace

@@ -201,6 +201,7 @@ TEST_F(Bridging, RoadAndHeightAnchorTheUnit) {
   ASSERT_TRUE(results.back().sample.unit->anchor_sigma);
   EXPECT_GT(*results.back().sample.unit->anchor_sigma, 0.0);
   EXPECT_LT(*results.back().sample.unit->anchor_sigma, 0.05);
+  EXPECT_GT(results.back().sample.unit->constant_sigma, 0.0) << "the height is measured by hand";
   EXPECT_FALSE(results[2].sample.unit->anchor_sigma);
 }
 

@@ -72,7 +72,7 @@ TEST(Odometry, WhatItSaysOfItselfSurvivesTheWire) {
   said.stamp = 7000000001;
   said.epoch = 3;
   said.bridged = true;
-  said.unit = UnitOfLength{0.02, 0.001};
+  said.unit = UnitOfLength{0.02, 0.001, 0.006};
   said.correction.emplace();
   said.correction->from = 5000000001;
   said.correction->to = 6000000002;
@@ -86,6 +86,7 @@ TEST(Odometry, WhatItSaysOfItselfSurvivesTheWire) {
   EXPECT_TRUE(heard.bridged);
   EXPECT_EQ(heard.unit->anchor_sigma, said.unit->anchor_sigma);
   EXPECT_EQ(heard.unit->walk_sigma, said.unit->walk_sigma);
+  EXPECT_EQ(heard.unit->constant_sigma, said.unit->constant_sigma);
   EXPECT_EQ(heard.correction->from, said.correction->from);
   EXPECT_EQ(heard.correction->to, said.correction->to);
   EXPECT_EQ(heard.correction->motion.matrix(), asTransmitted(said).correction->motion.matrix());

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kToLock = 5;      // number of measurements that must agree if the target is known
 constexpr std::size_t kToLearn = 15;    // the same if they define the target
 constexpr double kAgreement = 0.08;     // their largest median absolute deviation [log height]
-constexpr double kHeightError = 0.006;  // of the height itself, and of all measurements alike: 1 cm in 1.65 m
+constexpr double kHeightError = 0.006;  // of a height measured by hand: 1 cm in 1.65 m
 constexpr double kNormalGain = 0.02;    // of the slow average of the road's normal
 constexpr double kSeenLately = 60.0;    // the unit is anchored up to this distance after a road [heights]
 constexpr double kNotDriven = 20.0;     // without a patch for so long, the plane ahead counts [heights]
@@ -49,8 +49,8 @@ double ScaleKeeper::sigma() const {
 UnitOfLength ScaleKeeper::unit() const {
   UnitOfLength unit;
   unit.walk_sigma = std::sqrt(filter_.walkVariance());
-  if (locked_ && filter_.unseen() < kSeenLately * *target_)
-    unit.anchor_sigma = std::hypot(sigma(), kHeightError);
+  if (locked_ && filter_.unseen() < kSeenLately * *target_) unit.anchor_sigma = sigma();
+  if (params_.camera_height > 0.0) unit.constant_sigma = kHeightError;
   return unit;
 }
 
