@@ -29,10 +29,10 @@ class Deflater {
   std::uint64_t size() const { return size_; }
 
  private:
-  struct Stream;
+  struct Zlib;
   void run(int flush);
 
-  std::unique_ptr<Stream> stream_;
+  std::unique_ptr<Zlib> stream_;
   std::vector<std::uint8_t> bytes_;
   std::uint32_t crc_ = 0;
   std::uint64_t size_ = 0;

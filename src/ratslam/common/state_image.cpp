@@ -37,7 +37,7 @@ std::vector<std::uint8_t> packedPhoto(const cv::Mat& image) {
 cv::Mat getImage(const State& state) {
   if (state.arrays().count("png") > 0) {
     const auto png = state.get<std::vector<std::uint8_t>>("png");
-    const cv::Mat image = png.empty() ? cv::Mat() : cv::imdecode(png, cv::IMREAD_UNCHANGED);
+    cv::Mat image = png.empty() ? cv::Mat() : cv::imdecode(png, cv::IMREAD_UNCHANGED);
     if (image.empty()) throw std::runtime_error("state " + state.path() + "/png: it is no image");
     return image;
   }

@@ -22,7 +22,7 @@ std::string beyond(const char* what, double value, double most, const char* unit
 std::string beyond(const char* what, const Eigen::Isometry3d& pose) {
   if (!pose.linear().allFinite()) return std::string(what) + " is not finite";
   for (const double value : {pose.translation().x(), pose.translation().y(), pose.translation().z()}) {
-    const std::string why = beyond(what, value, kFarthest, "m");
+    std::string why = beyond(what, value, kFarthest, "m");
     if (!why.empty()) return why;
   }
   return "";
@@ -31,7 +31,7 @@ std::string beyond(const char* what, const Eigen::Isometry3d& pose) {
 std::string whyImpossible(const OdometryCorrection& correction) {
   if (!correction.covariance.allFinite()) return "the covariance of the correction is not finite";
   for (const StampedMotion& moved : correction.way) {
-    const std::string why = beyond("a position on the way of the correction", moved.motion);
+    std::string why = beyond("a position on the way of the correction", moved.motion);
     if (!why.empty()) return why;
   }
   return beyond("the motion of the correction", correction.motion);

@@ -103,11 +103,11 @@ class Archive {
 
 }  // namespace
 
-struct Deflater::Stream {
+struct Deflater::Zlib {
   z_stream z{};
 };
 
-Deflater::Deflater() : stream_(std::make_unique<Stream>()) {
+Deflater::Deflater() : stream_(std::make_unique<Zlib>()) {
   constexpr int kWithoutHead = -15;
   constexpr int kMemory = 8;
   if (deflateInit2(&stream_->z, Z_BEST_SPEED, Z_DEFLATED, kWithoutHead, kMemory, Z_DEFAULT_STRATEGY) != Z_OK)

@@ -20,7 +20,7 @@ std::string cameraInfoTopic(const ros::NodeHandle& handle, const std::string& im
                             const std::string& info) {
   const bool remap = true;
   const std::string image_topic = handle.resolveName(images);
-  const std::string topic = handle.resolveName(info);
+  std::string topic = handle.resolveName(info);
   if (topic != handle.resolveName(info, !remap) || image_topic == handle.resolveName(images, !remap))
     return topic;
   return image_topic.substr(0, image_topic.rfind('/') + 1) + "camera_info";

@@ -43,7 +43,7 @@ template <class Message>
 void ImageSubscriber::subscribe() {
   // The subscription has an unbounded queue. The queue here is bounded; it counts and reports dropped images.
   const auto callback = [this](const ros::MessageEvent<const Message>& event) {
-    const boost::shared_ptr<const Message> message = event.getConstMessage();
+    const boost::shared_ptr<const Message>& message = event.getConstMessage();
     Waiting waiting{message->header, {}, ros::WallTime::now(), ros::Time::now()};
     if (stamps_by_arrival_) waiting.header.stamp = waiting.arrived_ros;
     waiting.image = recordedImage(message, topic_, stampFromRos(waiting.header.stamp), limits_);

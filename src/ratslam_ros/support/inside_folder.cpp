@@ -21,7 +21,7 @@ fs::path restWithin(const fs::path& path, const std::vector<std::string>& folder
     folder = fs::absolute(allowed).lexically_normal();
     if (!folder.has_filename()) folder = folder.parent_path();
     if (path.is_relative()) return path;
-    const fs::path rest = path.lexically_relative(folder);
+    fs::path rest = path.lexically_relative(folder);
     if (!rest.empty() && *rest.begin() != ".." && rest != ".") return rest;
   }
   return {};

@@ -126,7 +126,7 @@ std::string MapServices::saveMap(const std::string& path) {
     if (params_.map_dir.empty()) throw std::runtime_error("the parameter map_dir is not set");
     return "checkpoints in " + params_.map_dir + " of " + toAll(command(Request::CHECKPOINT));
   }
-  const std::string file = pathInside(path, {params_.map_dir}, ".db");
+  std::string file = pathInside(path, {params_.map_dir}, ".db");
   if (std::filesystem::path(file).stem().has_extension()) {
     throw std::runtime_error("path '" + path +
                              "': NAME.db must have no other dot: checkpoints are called so");
@@ -142,7 +142,7 @@ std::string MapServices::saveMap(const std::string& path) {
 }
 
 std::string MapServices::loadMap(const std::string& path) {
-  const std::string file = pathInside(path, {params_.map_dir}, ".db");
+  std::string file = pathInside(path, {params_.map_dir}, ".db");
   toAll(command(Request::CHECK, file));  // so that either all parts load it or none
   return file + ": loaded by " + toAll(command(Request::LOAD, file)) + "; a new stretch begins in it";
 }

@@ -24,9 +24,9 @@ std::vector<double> Adaptation::apply(const std::vector<double>& values) const {
 }
 
 void Adaptation::start(const std::vector<double>& values) {
-  const double count = static_cast<double>(values.size() / bins_);
+  const std::size_t cells = values.size() / bins_;
   std::vector<double> mean(bins_, 0.0);
-  for (std::size_t i = 0; i < values.size(); ++i) mean[i % bins_] += values[i] / count;
+  for (std::size_t i = 0; i < values.size(); ++i) mean[i % bins_] += values[i] / static_cast<double>(cells);
   double variance = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double from_mean = values[i] - mean[i % bins_];

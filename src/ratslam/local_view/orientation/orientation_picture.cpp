@@ -23,11 +23,12 @@ cv::Mat orientationPicture(const std::vector<std::int8_t>& values) {
   constexpr int kSubpixelBits = 4;
   const auto at = [](double pixels) { return cvRound(pixels * (1 << kSubpixelBits)); };
   for (int cell = 0; cell < kOrientationCellRows * kOrientationCellColumns; ++cell) {
+    const int row = cell / kOrientationCellColumns;
     const double x = (cell % kOrientationCellColumns + 0.5) * kCellPixels;
-    const double y = (cell / kOrientationCellColumns + 0.5) * kCellPixels;
+    const double y = (row + 0.5) * kCellPixels;
     std::vector<std::pair<int, int>> strokes;  // strength and bin, the weakest first
     for (int bin = 0; bin < kOrientationBins; ++bin) {
-      const int strength = values[static_cast<std::size_t>(cell * kOrientationBins + bin)];
+      const std::int8_t strength = values[static_cast<std::size_t>(cell * kOrientationBins + bin)];
       if (strength > kUsual) strokes.emplace_back(strength, bin);
     }
     std::sort(strokes.begin(), strokes.end());
