@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <filesystem>
+#include <fstream>
 #include <random>
 
 #include "ratslam/odometry/orb/orb_odometry.h"
@@ -157,6 +159,27 @@ class OrbOdometryInTown : public testing::Test {
     return outcome;
   }
 };
+
+/// On a straight the images move along lines through the heading alone. Distortion then looks much like depth, and small
+/// errors that all features share look like distortion.
+TEST_F(OrbOdometryInTown, AStraightStreetSaysLittleOfTheLens) {
+  const auto file = std::filesystem::temp_directory_path() / "lens_refinement_straight.txt";
+  std::ofstream poses(file);
+  constexpr int kStraight = 90;
+  for (int i = 0; i < kStraight; ++i) poses << "1 0 0 0 0 1 0 0 0 0 1 " << 0.8 * i << '\n';
+  poses.close();
+  Drive path = loadDrive(file.string(), "", 0);
+  std::filesystem::remove(file);
+  const Town town(path.roads, 1);
+  settleOnRoad(path, town.roads());
+  const TownCamera lens = TownCamera::kittiLike(620, 188);
+  const TownRenderer renderer(town, lens);
+  OrbOdometryParams params;
+  OrbOdometry odometry({lens.width, lens.height, lens.fx, lens.fy, lens.cx, lens.cy, LensModel::kNone, {}},
+                       params);
+  for (const DrivePose& pose : path.poses) odometry.track(pose.stamp, renderer.render(pose.T_world_camera));
+  EXPECT_EQ(odometry.camera().model, LensModel::kNone);
+}
 
 TEST_F(OrbOdometryInTown, AnUnknownBendOfTheLensDoesNotStretchTheUnitOfLength) {
   const Outcome refined = drive(0.03, true);

@@ -10,7 +10,9 @@
 ///  1. Linearise the reprojection errors of a whole local map about its poses, its points and the lens model's
 ///     first two radial and its tangential coefficients.
 ///  2. Eliminate points and poses (Schur complement). What remains is the information about the coefficients.
-///  3. Sum it over maps that share no keyframe, with a prior about the calibration, and solve.
+///  3. Sum it over maps that share no keyframe, with a prior about the calibration, and solve. On a straight street
+///     distortion looks much like depth, and small errors that all features share look like distortion. So a map
+///     that contradicts the calibration counts only if it determines the lens well.
 /// Source: Triggs et al., Bundle Adjustment - A Modern Synthesis (2000), on self-calibration. Focal length and
 /// principal point are not refined: motion in a plane gives too little information about them.
 #pragma once
@@ -65,6 +67,12 @@ class LensRefinement {
   }
 
  private:
+  /// Whether a map's measurement agrees with the prior (chi-squared test), or is precise enough to overrule it.
+  /// @param weighted  information times the coefficients that the map asks for
+  bool credible(const Eigen::Matrix4d& information, const LensChange& weighted) const;
+  /// Standard deviation at the image's corners of coefficients with this covariance [px].
+  double cornerSigma(const Eigen::Matrix4d& covariance) const;
+  LensChange priorSigmas() const;
   Eigen::Matrix4d informationWithPrior() const;
   double cornerShift(const LensChange& from, const LensChange& to) const;
 
