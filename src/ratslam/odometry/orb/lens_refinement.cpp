@@ -14,7 +14,6 @@ constexpr std::size_t kLeastViews = 3;     // of a landmark, because two views f
 constexpr double kUnitOfLength = 1e-6;     // relative damping, because the scale of poses and points is free
 constexpr double kLeastDeterminant = 0.3;  // of the lens's derivative at the corners: the image must not fold
 constexpr double kNegligibleShift = 0.02;  // [px]
-constexpr double kContradiction = 18.47;   // 99.9 % quantile of chi-squared with four degrees of freedom
 constexpr double kNothingKnown = 1e-3;     // information about a coefficient that the lens model lacks
 
 using Jacobian23 = Eigen::Matrix<double, 2, 3>;
@@ -172,11 +171,9 @@ std::optional<CameraModel> LensRefinement::update(const CameraModel& camera, con
   const KeyframeId newest = map.keyframes().back().id;
   if (map.full() && (!measured_ || map.keyframes().front().id > *measured_)) {
     const LensInformation found = measureLens(camera, problemOf(camera, map, loss), loss);
-    const Eigen::Matrix4d information = found.hessian / params_.correlated;
-    const LensChange weighted = (found.hessian * applied_ - found.gradient) / params_.correlated;
-    if (credible(information, weighted)) {
-      information_ += information;
-      weighted_ += weighted;
+    if (cornerSigma(found.hessian / params_.correlated) < params_.usable_sigma) {
+      information_ += found.hessian / params_.correlated;
+      weighted_ += (found.hessian * applied_ - found.gradient) / params_.correlated;
     }
     measured_ = newest;
   }
@@ -199,16 +196,9 @@ std::optional<CameraModel> LensRefinement::update(const CameraModel& camera, con
 
 LensChange LensRefinement::estimate() const { return informationWithPrior().ldlt().solve(weighted_); }
 
-bool LensRefinement::credible(const Eigen::Matrix4d& information, const LensChange& weighted) const {
-  const Eigen::Vector4d calibration = priorSigmas().cwiseAbs2();
-  Eigen::Matrix4d known = information;
-  known.diagonal().array() += kNothingKnown;
-  const Eigen::Matrix4d spread = known + known * calibration.asDiagonal() * known;
-  if (weighted.dot(spread.ldlt().solve(weighted)) < kContradiction) return true;
-  return cornerSigma(known.inverse()) < params_.worthwhile_shift;
-}
-
-double LensRefinement::cornerSigma(const Eigen::Matrix4d& covariance) const {
+double LensRefinement::cornerSigma(Eigen::Matrix4d information) const {
+  information.diagonal().array() += kNothingKnown;
+  const Eigen::Matrix4d covariance = information.inverse();
   const LensJacobian lens(calibrated_);
   double sigma = 0.0;
   for (const double u : {0.0, calibrated_.width - 1.0}) {
@@ -220,13 +210,11 @@ double LensRefinement::cornerSigma(const Eigen::Matrix4d& covariance) const {
   return sigma;
 }
 
-LensChange LensRefinement::priorSigmas() const {
-  return {params_.radial_sigma, params_.radial_sigma, params_.tangential_sigma, params_.tangential_sigma};
-}
-
 Eigen::Matrix4d LensRefinement::informationWithPrior() const {
+  const double radial = 1.0 / (params_.radial_sigma * params_.radial_sigma);
+  const double tangential = 1.0 / (params_.tangential_sigma * params_.tangential_sigma);
   Eigen::Matrix4d information = information_;
-  information.diagonal() += priorSigmas().cwiseAbs2().cwiseInverse();
+  information.diagonal() += LensChange(radial, radial, tangential, tangential);
   return information;
 }
 
