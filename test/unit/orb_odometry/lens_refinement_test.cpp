@@ -7,8 +7,10 @@
 #include <Eigen/QR>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <random>
 
+#include "ratslam/common/angles.h"
 #include "ratslam/odometry/orb/orb_odometry.h"
 #include "street_scene.h"
 #include "town/drive.h"
@@ -165,8 +167,17 @@ class OrbOdometryInTown : public testing::Test {
 TEST_F(OrbOdometryInTown, AStraightStreetSaysLittleOfTheLens) {
   const auto file = std::filesystem::temp_directory_path() / "lens_refinement_straight.txt";
   std::ofstream poses(file);
-  constexpr int kStraight = 90;
-  for (int i = 0; i < kStraight; ++i) poses << "1 0 0 0 0 1 0 0 0 0 1 " << 0.8 * i << '\n';
+  constexpr int kStraight = 100;
+  constexpr int kCorner = 18;
+  constexpr double kStep = 0.8;
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();  // x, z
+  for (int i = 0; i < kStraight + kCorner + 30; ++i) {
+    const double turned = 0.5 * kPi * std::clamp(i - kStraight, 0, kCorner) / kCorner;
+    const Eigen::Vector2d ahead(std::sin(turned), std::cos(turned));
+    poses << ahead.y() << " 0 " << ahead.x() << ' ' << at.x() << " 0 1 0 0 " << -ahead.x() << " 0 "
+          << ahead.y() << ' ' << at.y() << '\n';
+    at += kStep * ahead;
+  }
   poses.close();
   Drive path = loadDrive(file.string(), "", 0);
   std::filesystem::remove(file);
@@ -177,8 +188,18 @@ TEST_F(OrbOdometryInTown, AStraightStreetSaysLittleOfTheLens) {
   OrbOdometryParams params;
   OrbOdometry odometry({lens.width, lens.height, lens.fx, lens.fy, lens.cx, lens.cy, LensModel::kNone, {}},
                        params);
-  for (const DrivePose& pose : path.poses) odometry.track(pose.stamp, renderer.render(pose.T_world_camera));
-  EXPECT_EQ(odometry.camera().model, LensModel::kNone);
+  std::vector<double> speeds;
+  for (const DrivePose& pose : path.poses) {
+    speeds.push_back(odometry.track(pose.stamp, renderer.render(pose.T_world_camera)).sample.speed);
+    if (speeds.size() == kStraight) {
+      EXPECT_EQ(odometry.camera().model, LensModel::kNone);
+    }
+  }
+  const auto mean = [](auto from, auto to) {
+    return std::accumulate(from, to, 0.0) / static_cast<double>(to - from);
+  };
+  EXPECT_NEAR(mean(speeds.end() - 15, speeds.end()),
+              mean(speeds.begin() + kStraight - 40, speeds.begin() + kStraight), 0.05 * kStep / 0.1);
 }
 
 TEST_F(OrbOdometryInTown, AnUnknownBendOfTheLensDoesNotStretchTheUnitOfLength) {
