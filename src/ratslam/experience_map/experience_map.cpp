@@ -14,6 +14,8 @@
 namespace ratslam {
 namespace {
 
+constexpr double kUnknownUnit = 1.0;  // an error as large as the unit itself: beyond it nothing more is said
+
 std::unique_ptr<MapSolver> makeSolver(const ExperienceMapParams& params) {
   if (params.relaxes()) return std::make_unique<Relaxation>(params.exp_loops, params.exp_correction);
   return std::make_unique<PoseGraphMap>(params);
@@ -155,7 +157,7 @@ void ExperienceMap::integrate(Stamp end, const OdometryStep& step) {
       !std::isfinite(step.up)) {
     throw std::invalid_argument("odometry: motion up to stamp " + std::to_string(end) + " ns is not finite");
   }
-  if (step.unit) unit_sigma_ = std::max(unit_sigma_, step.unit->constant_sigma);
+  if (step.unit) unit_sigma_ = std::max(unit_sigma_, std::min(step.unit->constant_sigma, kUnknownUnit));
   OdometryStep carried = inUnitOf(step, robot_.standing.log_unit);
   if (!params_.exp_height) carried.up = 0.0;
   // A predicted stretch gets a link of its own, so that it can be corrected apart from the measured ones.

@@ -115,6 +115,11 @@ TEST(HonestCovariance, AnErrorOfTheMetreGrowsWithTheDistanceFromTheStartAndLeave
   EXPECT_TRUE(of_place.isApprox(of_metre, 1e-6)) << more;
   EXPECT_EQ(more(3, 3), 0.0);
 
+  OdometryStep absurd = steps.back().motion;
+  absurd.unit = UnitOfLength{0.005, 0.001, 1e300};
+  exact.integrate(steps.back().end + 100000000, absurd);
+  EXPECT_TRUE(exact.robotCovariance()->allFinite());
+
   State state;
   doubtful.save(state);
   ExperienceMap loaded{ExperienceMapParams()};
