@@ -38,13 +38,30 @@ struct CameraParams {
   void validate() const {
     checkBounds(*this);
     lensModelFromName(distortion_model);
-    if (fx > 0.0) model();
+    if (fx > 0.0) {
+      model();
+    } else {
+      refusePart();
+    }
   }
 
   /// The calibration; none if none is given.
   std::optional<CameraModel> model() const {
     if (fx <= 0.0) return std::nullopt;
     return makeCamera({width, height, fx, fy, cx, cy, LensModel::kNone, {}}, distortion_model, distortion);
+  }
+
+ private:
+  /// A calibration without its focal length would be ignored as a whole.
+  void refusePart() const {
+    const std::string requirement =
+        "it has no effect without camera_fx; give the whole calibration, or none of it";
+    if (width != 0) throwBadValue("camera_width_px", width, requirement);
+    if (height != 0) throwBadValue("camera_height_px", height, requirement);
+    if (fy != 0.0) throwBadValue("camera_fy", fy, requirement);
+    if (cx != 0.0) throwBadValue("camera_cx", cx, requirement);
+    if (cy != 0.0) throwBadValue("camera_cy", cy, requirement);
+    if (!distortion.empty()) throwBadValue("camera_distortion[0]", distortion.front(), requirement);
   }
 };
 

@@ -6,6 +6,7 @@
 #include <boost/property_tree/ini_parser.hpp>
 #include <boost/property_tree/ptree.hpp>
 #include <cstdlib>
+#include <optional>
 #include <sstream>
 
 #include "ratslam/common/text_file.h"
@@ -26,6 +27,23 @@ bool parseDouble(const std::string& text, double& number) {
   char* end = nullptr;
   number = std::strtod(text.c_str(), &end);
   return end == text.c_str() + text.size();
+}
+
+/// The elements of a list. Where only text can be given, as on a command line, it is written "[1.0, 2.0]".
+/// @return none if it is no list
+std::optional<std::vector<std::string>> elementsOf(const ParameterValue& value) {
+  if (value.is_list) return value.elements;
+  const std::string& text = value.text;
+  if (text.size() < 2 || text.front() != '[' || text.back() != ']') return std::nullopt;
+  const std::string inside = trimmed(text.substr(1, text.size() - 2));
+  std::vector<std::string> elements;
+  if (inside.empty()) return elements;
+  for (std::size_t begin = 0; begin <= inside.size();) {
+    const std::size_t end = std::min(inside.find(',', begin), inside.size());
+    elements.push_back(trimmed(inside.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return elements;
 }
 
 /// The key for either of OpenRatSLAM's spellings.
@@ -262,11 +280,13 @@ void ParameterMap::convert(const std::string& key, const ParameterValue& value, 
 }
 
 void ParameterMap::convert(const std::string& key, const ParameterValue& value, std::vector<double>& field) {
-  if (!value.is_list) throwWrongType(key, value, "a list of numbers such as [1.0, 2.0]");
+  const char* const wanted = "a list of numbers such as [1.0, 2.0]";
+  const std::optional<std::vector<std::string>> elements = elementsOf(value);
+  if (!elements) throwWrongType(key, value, wanted);
   std::vector<double> numbers;
-  for (const std::string& element : value.elements) {
+  for (const std::string& element : *elements) {
     double number = 0.0;
-    if (!parseDouble(element, number)) throwWrongType(key, value, "a list of numbers such as [1.0, 2.0]");
+    if (!parseDouble(element, number)) throwWrongType(key, value, wanted);
     numbers.push_back(number);
   }
   field = std::move(numbers);

@@ -203,6 +203,22 @@ TEST_F(ParameterMapTest, BlanksRoundAnAssignmentDoNotCount) {
   EXPECT_EQ(params.count, 4);
 }
 
+TEST_F(ParameterMapTest, AListMayBeAssignedAsYamlWritesIt) {
+  for (const std::string text : {"values=[0.5, -2]", "values = [0.5,-2]", "values=[ 0.5 , -2 ]"}) {
+    ParameterMap map;
+    map.setFromAssignment(text);
+    Params params;
+    map.read(params);
+    EXPECT_EQ(params.values, (std::vector<double>{0.5, -2.0})) << text;
+  }
+  ParameterMap none;
+  none.setFromAssignment("values=[]");
+  Params params;
+  params.values = {1.0};
+  none.read(params);
+  EXPECT_TRUE(params.values.empty());
+}
+
 TEST_F(ParameterMapTest, WhatYamlWouldReadWithoutEndIsNamedByItsLine) {
   const std::string deep(100'000, '[');
   for (const std::string& bad :
@@ -217,7 +233,9 @@ TEST_F(ParameterMapTest, WhatYamlWouldReadWithoutEndIsNamedByItsLine) {
 }
 
 TEST_F(ParameterMapTest, WrongTypesAreNamed) {
-  for (const std::string bad : {"count=three", "count=1.5", "size=big", "on=perhaps", "size=", "values=1"}) {
+  for (const std::string bad :
+       {"count=three", "count=1.5", "size=big", "on=perhaps", "size=", "values=1", "values=[1, 2",
+        "values=[1, two]", "values=[1,]", "values=[,]", "values=1, 2]", "values=["}) {
     ParameterMap map;
     map.setFromAssignment(bad);
     const std::string said = complaint(map);
