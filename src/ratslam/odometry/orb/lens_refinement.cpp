@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -20,6 +21,13 @@ using Jacobian23 = Eigen::Matrix<double, 2, 3>;
 using Coupling = Eigen::Matrix<double, 6, 3>;
 
 constexpr int kLens = LensChange::SizeAtCompileTime;
+
+/// Where a change of the lens moves most.
+std::array<Eigen::Vector2d, 4> cornersOf(const CameraModel& camera) {
+  const double right = camera.width - 1.0;
+  const double bottom = camera.height - 1.0;
+  return {{{0.0, 0.0}, {0.0, bottom}, {right, 0.0}, {right, bottom}}};
+}
 
 /// Derivative of a reprojection error by the coefficients of the lens.
 class LensJacobian {
@@ -171,8 +179,9 @@ std::optional<CameraModel> LensRefinement::update(const CameraModel& camera, con
   const KeyframeId newest = map.keyframes().back().id;
   if (map.full() && (!measured_ || map.keyframes().front().id > *measured_)) {
     const LensInformation found = measureLens(camera, problemOf(camera, map, loss), loss);
-    if (cornerSigma(found.hessian / params_.correlated) < params_.usable_sigma) {
-      information_ += found.hessian / params_.correlated;
+    const Eigen::Matrix4d information = found.hessian / params_.correlated;
+    if (cornerSigma(information) < params_.usable_sigma) {
+      information_ += information;
       weighted_ += (found.hessian * applied_ - found.gradient) / params_.correlated;
     }
     measured_ = newest;
@@ -184,11 +193,8 @@ std::optional<CameraModel> LensRefinement::update(const CameraModel& camera, con
   if (!worthwhile_ || shift < kNegligibleShift) return std::nullopt;
   const LensChange next = applied_ + std::min(1.0, params_.shift_a_keyframe / shift) * (wanted - applied_);
   const CameraModel better = calibrated_.withLensChange(next);
-  for (const double u : {0.0, camera.width - 1.0}) {
-    for (const double v : {0.0, camera.height - 1.0}) {
-      if (!(better.distortWithJacobian({u, v}).jacobian.determinant() > kLeastDeterminant))
-        return std::nullopt;
-    }
+  for (const Eigen::Vector2d& corner : cornersOf(camera)) {
+    if (!(better.distortWithJacobian(corner).jacobian.determinant() > kLeastDeterminant)) return std::nullopt;
   }
   applied_ = next;
   return better;
@@ -201,11 +207,9 @@ double LensRefinement::cornerSigma(Eigen::Matrix4d information) const {
   const Eigen::Matrix4d covariance = information.inverse();
   const LensJacobian lens(calibrated_);
   double sigma = 0.0;
-  for (const double u : {0.0, calibrated_.width - 1.0}) {
-    for (const double v : {0.0, calibrated_.height - 1.0}) {
-      const Eigen::Matrix<double, 2, kLens> by_lens = lens.at({u, v});
-      sigma = std::max(sigma, std::sqrt((by_lens * covariance * by_lens.transpose()).trace()));
-    }
+  for (const Eigen::Vector2d& corner : cornersOf(calibrated_)) {
+    const Eigen::Matrix<double, 2, kLens> by_lens = lens.at(corner);
+    sigma = std::max(sigma, std::sqrt((by_lens * covariance * by_lens.transpose()).trace()));
   }
   return sigma;
 }
@@ -222,10 +226,8 @@ double LensRefinement::cornerShift(const LensChange& from, const LensChange& to)
   const CameraModel before = calibrated_.withLensChange(from);
   const CameraModel after = calibrated_.withLensChange(to);
   double shift = 0.0;
-  for (const double u : {0.0, calibrated_.width - 1.0}) {
-    for (const double v : {0.0, calibrated_.height - 1.0})
-      shift = std::max(shift, (after.distort({u, v}) - before.distort({u, v})).norm());
-  }
+  for (const Eigen::Vector2d& corner : cornersOf(calibrated_))
+    shift = std::max(shift, (after.distort(corner) - before.distort(corner)).norm());
   return shift;
 }
 
