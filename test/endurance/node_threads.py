@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Drives the nodes through a town, live, and says what a checker of threads reports in them: node_threads.py BAG PROGRAMS LOGS
+"""Drives the nodes through a town, live, and says what the thread sanitizer reports in them: node_threads.py BAG PROGRAMS LOGS
 
-BAG is a drive by ratslam_town; PROGRAMS the folder of the nodes. Below a master of its own local view (which verifies
-recalls), pose cells, map and both visual odometries take the drive twice: into a new map, and into the saved one. Meanwhile
-each is looked at by a subscriber, takes checkpoints many times a second, is reconfigured, and its services are called; then
-all are stopped by SIGINT. What they say goes to LOGS. Exits with 1 where one reports a race, ends by itself or maps nothing.
+BAG is a drive by ratslam_town; PROGRAMS the folder of the nodes, built with the sanitizer. Under a master of its own local view
+(which verifies recalls), pose cells, map and both visual odometries take the drive twice: into a new map, and into the saved
+one. Meanwhile each is looked at by a subscriber, takes checkpoints many times a second, is reconfigured, and its services are
+called; then all are stopped by SIGINT. What they say goes to LOGS. Exits with 1 where one reports a race, ends by itself or
+maps nothing.
 """
 import argparse
 import glob
@@ -38,8 +39,7 @@ def start(harness, name, options, folder):
     parameters = {"topic_root": ROOT, "map_dir": os.path.join(folder, "map"), "autosave_period": 0.2, **NODES[name]}
     if name == "ratslam_em":
         parameters["trajectory_file"] = os.path.join(folder, "run")
-    below = options.below.split() if name in options.nodes else []
-    command = [*below, os.path.join(options.programs, name), harness.demo_config(), *(f"_{key}:={value}" for key, value in parameters.items())]
+    command = [os.path.join(options.programs, name), harness.demo_config(), *(f"_{key}:={value}" for key, value in parameters.items())]
     if name == "ratslam_vo":
         command.append(f"{ROOT}/odom:={ROOT}/odom_of_profiles")
     return harness.Process(command)
@@ -131,7 +131,7 @@ def drive(harness, options, folder, later_s):
                 node.process.send_signal(signal.SIGINT)
         codes = {name: node.interrupt(PATIENCE_S) for name, node in nodes.items()}
     for name, node in nodes.items():
-        reports = node.count(options.report)
+        reports = node.count("WARNING: ThreadSanitizer")
         if codes[name] != 0 or reports:
             wrong[name] = f"{wrong.get(name, '')} ended with {codes[name]}, {reports} reports".strip()
     for subscriber in watched:
@@ -143,9 +143,6 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("bag", "programs", "logs"):
         parser.add_argument(name)
-    parser.add_argument("--below", default="", help="what the nodes are started by, such as 'valgrind --tool=helgrind'")
-    parser.add_argument("--nodes", nargs="+", choices=sorted(NODES), default=sorted(NODES), help="those that are; the others run as they are")
-    parser.add_argument("--report", default="Possible data race|WARNING: ThreadSanitizer", help="what a line of a report holds")
     options = parser.parse_args()
     os.makedirs(options.logs, exist_ok=True)
     for former in glob.glob(os.path.join(options.logs, "ratslam_*.log")):
