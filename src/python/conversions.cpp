@@ -28,7 +28,8 @@ ParameterMap parametersOf(const py::kwargs& keywords) {
   for (const auto& [key, value] : keywords) {
     ParameterValue parameter;
     parameter.origin = "the call";
-    parameter.is_list = py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value);
+    parameter.is_list = py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value) ||
+                        (py::isinstance<py::array>(value) && py::array::ensure(value).ndim() == 1);
     if (parameter.is_list) {
       for (const py::handle& element : value) parameter.elements.push_back(textOf(element));
     } else {

@@ -6,6 +6,8 @@
 
 #include "conversions.h"
 #include "module.h"
+#include "ratslam/odometry/orb/orb_params.h"
+#include "ratslam/odometry/possible.h"
 #include "ratslam/odometry/registry.h"
 #include "ratslam/system/image_stage.h"
 
@@ -16,6 +18,17 @@ PipelineParams pipelineParams(const py::kwargs& keywords) {
   const ParameterMap map = parametersOf(keywords);
   map.rejectUnknown(PipelineParams::knownKeys());
   return PipelineParams::fromMap(map);
+}
+
+/// The kind of this name that is made of images. @throws std::invalid_argument naming those there are
+const OdometryKind& kindOfImages(const OdometryRegistry& registry, const std::string& name) {
+  std::string list;
+  for (const OdometryKind& kind : registry.kinds()) {
+    if (kind.origin != OdometryOrigin::kImages) continue;
+    if (kind.name == name) return kind;
+    list += kind.name + ", ";
+  }
+  throwBadValue("odometry", "'" + name + "'", "it must be one of " + list + "or external for add_odometry");
 }
 
 /// The whole system: image stage and pipeline.
@@ -30,15 +43,16 @@ struct System {
     const std::optional<CameraModel> camera = params.camera.model();
     if (odometry != "external") {
       const OdometryRegistry registry = standardOdometry();
-      const OdometryKind& kind = registry.find(odometry);
-      if (kind.origin != OdometryOrigin::kImages) {
-        throwBadValue("odometry", odometry,
-                      "it must be one that is made of images, or external for add_odometry");
-      }
+      const OdometryKind& kind = kindOfImages(registry, odometry);
       if (kind.needs_camera && !camera) {
         throwBadValue("odometry", odometry,
                       "it needs the camera: set camera_fx, camera_fy, camera_cx, camera_cy, "
                       "camera_width_px and camera_height_px");
+      }
+      const std::string& frame = params.odometry.of<OrbOdometryParams>().camera_frame;
+      if (kind.name == "orb" && !frame.empty()) {
+        throwBadValue("camera_frame", "'" + frame + "'",
+                      "there is no tf here; leave it empty and set camera_x ... camera_yaw_deg");
       }
       source = params.odometry.make(kind, camera);
     }
@@ -79,7 +93,13 @@ py::dict addOdometry(System& system, const py::object& stamp, double speed, doub
   sample.stamp = stampFrom(stamp);
   sample.speed = speed;
   sample.yaw_rate = yaw_rate;
-  return dictionaryOf(system.pipeline->addOdometry(sample), "");
+  const std::size_t dropped = system.pipeline->droppedOdometry();
+  const Pipeline::Progress progress = system.pipeline->addOdometry(sample);
+  if (system.pipeline->droppedOdometry() == dropped) return dictionaryOf(progress, "");
+  const std::string impossible = whyImpossible(sample);
+  return dictionaryOf(progress,
+                      "the sample is dropped: " +
+                          (impossible.empty() ? "it is not newer than the one before it" : impossible));
 }
 
 py::array_t<double> activityOf(const ActivityGrid& grid) {
@@ -104,7 +124,8 @@ bit.)")
            "views, "
            "actions, estimates, mapped (stamps), and what there is to say about the image.")
       .def("add_odometry", &addOdometry, py::arg("stamp"), py::arg("speed"), py::arg("yaw_rate"),
-           "Motion since the sample before: [m/s] forward, [rad/s] counter-clockwise.")
+           "Motion since the sample before: [m/s] forward, [rad/s] counter-clockwise. What cannot be used is "
+           "dropped; told says why.")
       .def_property_readonly(
           "activity", [](const System& s) { return activityOf(s.pipeline->poseCells().cells().activity()); },
           "Of the pose cells, (heading, y, x), a copy.")

@@ -21,6 +21,10 @@ ParameterMap readConfiguration(const std::string& program, const std::string& fi
   for (const std::string& assignment : assignments) map.setFromAssignment(assignment);
   if (map.values().empty()) throw std::runtime_error(file + ": it holds no parameter");
   map.rejectUnknown(systemKeys());
+  // Every value is checked, also those that only another program uses.
+  PipelineParams::fromMap(map);
+  NodeParams nodes;
+  map.read(nodes);
   return map;
 }
 

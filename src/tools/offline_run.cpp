@@ -8,7 +8,9 @@
 #include <sstream>
 
 #include "configuration.h"
+#include "output_paths.h"
 #include "ratslam/camera/calibration_file.h"
+#include "ratslam/common/paths.h"
 #include "ratslam/common/progress_bar.h"
 #include "ratslam/common/stop_signal.h"
 #include "ratslam/dataset/odometry_file.h"
@@ -17,6 +19,7 @@
 #include "ratslam/odometry/profile/profile_odometry.h"
 #include "ratslam/odometry/registry.h"
 #include "ratslam/version.h"
+#include "ratslam_ros/support/node_params.h"
 
 namespace ratslam {
 namespace {
@@ -100,25 +103,26 @@ SnapshotMoments chooseMoments(const RunOptions& options, std::size_t frames) {
 
 /// Checks that the output files, which replace old files, do not include any input of the run.
 void requireOutputsApart(const RunOptions& options) {
-  std::error_code error;  // missing files are no conflict
-  if (fs::equivalent(options.input, options.out, error)) {
+  if (samePlace(options.input, options.out)) {
     throwBadValue("--out", options.out, "it must be another folder than the recording's own");
   }
-  for (const std::string& file :
-       {options.config, options.odometry, options.calibration, options.changes, options.load_map}) {
-    const fs::path path = fs::absolute(file, error);
-    if (fs::exists(path, error) && RunLog::writes(path.filename().string()) &&
-        fs::equivalent(path.parent_path(), options.out, error)) {
-      throwBadValue("--out", options.out, "the run reads " + file + ", and would write a file of that name");
-    }
-  }
-  for (const std::string& file : {options.save_map, options.video}) {
-    const fs::path path = fs::weakly_canonical(fs::absolute(file, error), error);
+  const std::vector<OptionPath> read = {{"INPUT", options.input},
+                                        {"--config", options.config},
+                                        {"--odometry", options.odometry},
+                                        {"--calibration", options.calibration},
+                                        {"--changes", options.changes}};
+  const OptionPath loaded = {"--load-map", options.load_map};
+  const OptionPath saved = {"--save-map", options.save_map};
+  const OptionPath video = {"--video", options.video};
+  requireApart(read, {saved, video});  // a map may be saved where it was loaded
+  requireApart({loaded}, {video});
+  for (const OptionPath& file : {read[1], read[2], read[3], read[4], loaded, saved, video}) {
+    std::error_code error;  // what is missing is no conflict
+    const fs::path path = fs::weakly_canonical(fs::absolute(file.path, error), error);
     const bool part = path.extension() == ".part";
-    if (!file.empty() &&
-        path.parent_path() == fs::weakly_canonical(fs::absolute(options.out, error), error) &&
+    if (!file.path.empty() && samePlace(path.parent_path(), options.out) &&
         RunLog::writes((part ? path.stem() : path.filename()).string())) {
-      throwBadValue("--out", options.out, "its own files would take the place of " + file);
+      throwBadValue("--out", options.out, "its own files would take the place of " + file.path);
     }
   }
 }
@@ -142,10 +146,7 @@ OfflineRun::OfflineRun(const RunOptions& options)
   recording_ = openWithOdometry(options, params_, kind);
   for (const std::string& remark : recording_->remarks()) say(remark);
   pipeline_ = makePipeline(options, params_, kind, *recording_);
-  if (parameters_.has("stamp_source") && parameters_.values().at("stamp_source").text == "arrival") {
-    say("stamp_source: value arrival is for cameras that are heard live; a recording has the stamps of its "
-        "images");
-  }
+  sayWhatIsForNodes();
   if (!options.changes.empty()) {
     changes_ = readParameterChanges(options.changes);
     addChanges(changes_, parameters_, *pipeline_);
@@ -188,6 +189,22 @@ void OfflineRun::loadMap(const OdometryKind& kind) {
   } else {
     say(options_.load_map + ": this recording does not follow it: a new stretch begins in its map");
   }
+}
+
+void OfflineRun::sayWhatIsForNodes() const {
+  NodeParams nodes;
+  parameters_.read(nodes);
+  const auto remark = [](const std::string& key, const std::string& value, const std::string& instead) {
+    say(key + ": value " + value + " is for nodes and has no effect here; " + instead);
+  };
+  if (nodes.stamp_source == "arrival")
+    remark("stamp_source", nodes.stamp_source, "a recording has the stamps of its images");
+  if (nodes.localise_only) remark("localise_only", "true", "the option is --localise-only");
+  if (!nodes.map_dir.empty()) remark("map_dir", nodes.map_dir, "the options are --load-map and --save-map");
+  if (!nodes.trajectory_file.empty())
+    remark("trajectory_file", nodes.trajectory_file, "trajectories lie in the folder of --out");
+  if (nodes.trajectory_format != NodeParams().trajectory_format)
+    remark("trajectory_format", nodes.trajectory_format, "scripts/trajectory_convert writes it");
 }
 
 bool OfflineRun::saveMap() const {
@@ -244,11 +261,13 @@ bool OfflineRun::run() {
     decoding_seconds = items.decodingSeconds();
   }
   if (!failure.empty()) say("ended in the middle: " + failure);
-  const bool kept = saveMap();
+  const std::optional<std::string> nothing = nothingCameOfIt();
+  const bool kept =
+      nothing ? map_writer_ == nullptr : saveMap();  // a good map is not replaced by an empty one
   finish(decoding_seconds);
   sayWhatWasLeft();
-  const bool empty = nothingCameOfIt();
-  return failure.empty() && !empty && kept && !snapshotsAreMissing();
+  if (nothing) say(*nothing + (kept ? "" : "; " + options_.save_map + " stays as it was"));
+  return failure.empty() && !nothing && kept && !snapshotsAreMissing();
 }
 
 void OfflineRun::addImage(const DecodedImage& image) {
@@ -297,6 +316,10 @@ void OfflineRun::sayWhatWasLeft() const {
   }
   if (stopRequested()) std::cout << "interrupted: the results hold what was mapped so far\n";
   if (const auto complaint = span_.complaint()) say(*complaint);
+  if (const auto starts = pipeline_->poseCells().cells().reseeds(); starts > 0) {
+    say("all activity of the pose cells died " + std::to_string(starts) +
+        " times; each time they started again at the last best estimate");
+  }
   sayWhatOdometryLacks();
   // If the map is saved, a later run may reach the later changes.
   const auto unreached =
@@ -332,21 +355,18 @@ void OfflineRun::sayWhatOdometryLacks() const {
   }
 }
 
-bool OfflineRun::nothingCameOfIt() const {
+std::optional<std::string> OfflineRun::nothingCameOfIt() const {
   if (images_.counts().used == 0) {
-    say(options_.input + ": none of its images could be used: " + images_.counts().text());
-    return true;
+    return options_.input + ": none of its images could be used: " + images_.counts().text();
   }
   const OdometrySource* source = pipeline_->odometry();
   if (const auto failure = source != nullptr ? source->failure() : std::nullopt) {
-    say(options_.input + ": " + *failure);
-    return true;
+    return options_.input + ": " + *failure;
   }
   if (pipeline_->map().graph().experiences().empty()) {
-    say(options_.input + ": nothing was mapped: " + images_.counts().text());
-    return true;
+    return options_.input + ": nothing was mapped: " + images_.counts().text();
   }
-  return false;
+  return std::nullopt;
 }
 
 bool OfflineRun::snapshotsAreMissing() const {

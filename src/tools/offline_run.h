@@ -31,6 +31,7 @@ class OfflineRun {
 
  private:
   void loadMap(const OdometryKind& kind);
+  void sayWhatIsForNodes() const;
   /// @return false if the map was to be saved and could not be; the reason has been printed
   bool saveMap() const;
   void addImage(const DecodedImage& image);
@@ -38,7 +39,8 @@ class OfflineRun {
   void finish(double decoding_seconds);
   void sayWhatWasLeft() const;
   void sayWhatOdometryLacks() const;
-  bool nothingCameOfIt() const;
+  /// Why the run was in vain; none if something was mapped.
+  std::optional<std::string> nothingCameOfIt() const;
   /// @return whether the drive ended before one of the snapshots' times; that has been printed
   bool snapshotsAreMissing() const;
   bool wanted() const;

@@ -10,7 +10,9 @@
 #include <stdexcept>
 
 #include "configuration.h"
+#include "output_paths.h"
 #include "ratslam/common/atomic_file.h"
+#include "ratslam/common/paths.h"
 #include "ratslam/local_view/local_view_cells.h"
 #include "recordings.h"
 
@@ -257,6 +259,11 @@ void askOneRecording(const Options& options, const LocalViewParams& params, std:
     places.learn(view);  // moves on
     write(out, frame, places.ask(view, frame >= options.min_gap ? frame - options.min_gap + 1 : 0));
   }
+  if (frames <= options.min_gap) {
+    throw std::runtime_error(options.passes[0] + ": it has " + std::to_string(frames) +
+                             " images, so none lies --min-gap " + std::to_string(options.min_gap) +
+                             " behind another");
+  }
 }
 
 void mapAndRecall(const Options& options, const LocalViewParams& params, std::ostream& out) {
@@ -285,6 +292,11 @@ void mapAndRecall(const Options& options, const LocalViewParams& params, std::os
 
 void run(const Options& options) {
   const LocalViewParams params = parametersOf(options);
+  requireApart({{"--config", options.config}}, {{"--out", options.out}});
+  for (const std::string& pass : options.passes) {
+    if (samePlace(pass, options.out) || samePlace(pass, std::filesystem::absolute(options.out).parent_path()))
+      throwBadValue("--out", options.out, "it must lie in another folder than the recording's own");
+  }
   AtomicFile file(options.out);
   std::ostream& out = file.stream();
   out << (options.starts > 0 ? "start," : "") << "frame,place,score,claimed"

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "ratslam/common/paths.h"
 #include "ratslam/odometry/registry.h"
 
 namespace ratslam {
@@ -135,6 +136,11 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
     if (text != nullptr && text->empty() && name != "odometry") {
       throw std::invalid_argument("--" + name + ": it is given, but empty");
     }
+  }
+  for (std::string* path :
+       {&options.input, &options.out, &options.config, &options.odometry, &options.calibration,
+        &options.changes, &options.save_map, &options.load_map, &options.video}) {
+    *path = withHome(*path);
   }
   if (options.localise_only && (options.load_map.empty() || !options.save_map.empty())) {
     throw std::invalid_argument("--localise-only needs --load-map and has nothing for --save-map");

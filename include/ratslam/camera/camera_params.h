@@ -37,7 +37,11 @@ struct CameraParams {
   /// @throws std::invalid_argument naming key, value and requirement
   void validate() const {
     checkBounds(*this);
-    lensModelFromName(distortion_model);
+    try {
+      lensModelFromName(distortion_model);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(std::string("camera_") + error.what());
+    }
     if (fx > 0.0) {
       model();
     } else {
@@ -45,10 +49,15 @@ struct CameraParams {
     }
   }
 
-  /// The calibration; none if none is given.
+  /// The calibration; none if none is given. @throws std::invalid_argument naming what is no camera's
   std::optional<CameraModel> model() const {
     if (fx <= 0.0) return std::nullopt;
-    return makeCamera({width, height, fx, fy, cx, cy, LensModel::kNone, {}}, distortion_model, distortion);
+    try {
+      return makeCamera({width, height, fx, fy, cx, cy, LensModel::kNone, {}}, distortion_model, distortion);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(
+          std::string("camera_width_px, camera_height_px, camera_fx ... camera_distortion: ") + error.what());
+    }
   }
 
  private:

@@ -71,8 +71,8 @@ std::vector<ParameterChange> readParameterChanges(const std::string& path);
 /// @param last  stamp of the last image
 std::optional<std::string> changesNeverReached(const std::vector<ParameterChange>& changes, Stamp last);
 
-/// Adds changes to a pipeline. To be called before the first event. @param parameters  at the beginning
+/// Adds changes to a pipeline, in any order. To be called before the first event. @param parameters  at the beginning
 /// @throws std::invalid_argument naming a key that may not change, or a bad value
-void addChanges(const std::vector<ParameterChange>& changes, ParameterMap parameters, Pipeline& pipeline);
+void addChanges(std::vector<ParameterChange> changes, ParameterMap parameters, Pipeline& pipeline);
 
 }  // namespace ratslam

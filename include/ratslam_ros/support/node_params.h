@@ -44,7 +44,9 @@ struct NodeParams {
     visit("sync_timeout", sync_timeout, Bounds{0.01, 3600.0},
           "wall time after which an input no longer waits for another that is silent [s]");
     visit("wait_for_subscribers", wait_for_subscribers, Bounds{0, 1000},
-          "listen to inputs only once every output has this many subscribers (gives up after 15 s)");
+          "listen to inputs only once every output has this many subscribers (gives up after 15 s); "
+          "ratslam_em, the "
+          "last node, does not wait");
     visit("publish_tf", publish_tf, any,
           "broadcast map -> odom (ratslam_em) or odom -> base_link (odometries)");
     visit(

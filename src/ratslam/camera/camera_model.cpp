@@ -130,7 +130,7 @@ void CameraModel::validate() const {
     throwBadValue(key, value, requirement.str());
   };
   within("camera width", width, 1, kMaxSize);
-  within("camera height in pixels", height, 1, kMaxSize);
+  within("camera height", height, 1, kMaxSize);
   within("camera fx", fx, kMinFocal, kMaxFocal);
   within("camera fy", fy, kMinFocal, kMaxFocal);
   within("camera cx", cx, -kMaxFocal, kMaxFocal);

@@ -163,7 +163,8 @@ ParameterMap ParameterMap::fromYaml(const std::string& path) {
                                       ? ": it holds keys of its own; all keys stand at the margin"
                                       : ": it has no value"));
       }
-      if (map.has(key)) throw std::runtime_error(value.origin + ": " + shown(key) + " is given twice");
+      if (map.has(canonicalKey(key)))
+        throw std::runtime_error(value.origin + ": " + shown(key) + " is given twice");
       map.set(key, std::move(value));
     }
   } catch (const YAML::Exception& error) {
@@ -212,8 +213,8 @@ ParameterMap ParameterMap::fromIni(const std::string& path, std::vector<std::str
     value.origin = path + ", an OpenRatSLAM configuration";
     map.set(key, std::move(value));
     if (remarks != nullptr) {
-      remarks->push_back(path + ": an OpenRatSLAM configuration: its arithmetic is used, " + key + "=" +
-                         text + "; set " + key + " for another");
+      remarks->push_back(path + ": an OpenRatSLAM configuration implies OpenRatSLAM's arithmetic, " + key +
+                         "=" + text + ", unless " + key + " is set");
     }
   }
   return map;
@@ -263,7 +264,7 @@ void ParameterMap::convert(const std::string& key, const ParameterValue& value, 
   double number = 0.0;
   if (value.is_list || !parseDouble(value.text, number) || number != std::floor(number) ||
       std::abs(number) > 2147483647.0) {
-    throwWrongType(key, value, "a whole number");
+    throwWrongType(key, value, "a whole number of at most 2147483647");
   }
   field = static_cast<int>(number);
 }

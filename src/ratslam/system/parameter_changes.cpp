@@ -84,7 +84,10 @@ std::optional<std::string> changesNeverReached(const std::vector<ParameterChange
   return text.str();
 }
 
-void addChanges(const std::vector<ParameterChange>& changes, ParameterMap parameters, Pipeline& pipeline) {
+void addChanges(std::vector<ParameterChange> changes, ParameterMap parameters, Pipeline& pipeline) {
+  // Each change holds on top of all earlier ones, wherever they stand in the file.
+  std::stable_sort(changes.begin(), changes.end(),
+                   [](const ParameterChange& a, const ParameterChange& b) { return a.after < b.after; });
   for (const ParameterChange& change : changes) {
     parameters.setFromAssignment(change.name + "=" + change.value, change.origin);
     try {

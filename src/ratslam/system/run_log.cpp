@@ -254,6 +254,7 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   count_fields("absurd_covariances", static_cast<double>(pipeline.absurdCovariances()));
   count_fields("unmeasured_stretches", static_cast<double>(pipeline.unmeasuredStretches()));
   count_fields("late_views", static_cast<double>(pipeline.lateViews()));
+  count_fields("pose_cell_fresh_starts", static_cast<double>(pipeline.poseCells().cells().reseeds()));
   summary << "\n  },\n  \"timing\": {";
   JsonFields time_fields(summary);
   const double ms_per_frame = frames_ == 0 ? 0.0 : 1e3 / static_cast<double>(frames_);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <opencv2/core/utils/logger.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "ratslam/common/atomic_file.h"
@@ -52,8 +53,11 @@ cv::VideoWriter openVideo(const std::string& path, const std::string& part, doub
   if (!writer.isOpened()) {
     std::error_code ignored;
     std::filesystem::remove(part, ignored);
-    throw std::runtime_error(path + ": this OpenCV has no codec for such a video; try " +
-                             (std::filesystem::path(path).extension() == ".avi" ? ".mp4" : ".avi"));
+    std::ostringstream text;
+    text << path << ": this OpenCV has no codec for such a video at camera_hz = " << frame_rate
+         << " frames a second; try " << (std::filesystem::path(path).extension() == ".avi" ? ".mp4" : ".avi")
+         << ", or another camera_hz";
+    throw std::runtime_error(text.str());
   }
   return writer;
 }

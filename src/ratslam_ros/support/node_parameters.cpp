@@ -6,7 +6,10 @@
 
 #include <cstdio>
 #include <stdexcept>
+#include <utility>
 #include <vector>
+
+#include "ratslam/common/paths.h"
 
 namespace ratslam {
 namespace {
@@ -63,6 +66,12 @@ ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::No
     for (const auto& [key, value] : overriding.values()) map.set(key, value);
   }
   map.rejectUnknown(systemKeys());
+  for (const char* const path : {"map_dir", "trajectory_file"}) {
+    if (!map.has(path)) continue;
+    ParameterValue value = map.values().at(path);
+    value.text = withHome(value.text);
+    map.set(path, std::move(value));
+  }
   return map;
 }
 

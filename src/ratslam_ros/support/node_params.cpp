@@ -39,9 +39,6 @@ void NodeParams::validate() const {
   requireOneOf("stamp_source", stamp_source, {"header", "arrival"});
   requireOneOf("decision_source", decision_source, {"auto", "state", "action"});
   requireOneOf("trajectory_format", trajectory_format, {"tum", "kitti"});
-  if (localise_only && map_dir.empty()) {
-    throwBadValue("localise_only", true, "it needs a map: set map_dir");
-  }
   if (!map_frame.empty()) requireFrame("map_frame", map_frame);
   if (!odom_frame.empty()) requireFrame("odom_frame", odom_frame);
   requireFrame("base_frame", base_frame);

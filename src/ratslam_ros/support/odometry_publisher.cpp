@@ -22,6 +22,10 @@ NodeParams odometryNodeParams(const ParameterMap& parameters) {
   if (params.wait_for_subscribers > 0 && readParams<ViewRecallParams>(parameters).believes()) {
     ++params.wait_for_subscribers;
   }
+  if (params.publish_tf && params.base_frame == params.odomFrame()) {
+    throwBadValue("base_frame", "'" + params.base_frame + "'",
+                  "it must be another frame than the odometry's, which odom_frame names");
+  }
   return params;
 }
 

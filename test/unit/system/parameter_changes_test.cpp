@@ -130,6 +130,17 @@ TEST_F(ChangeFile, IsReadLineByLine) {
   EXPECT_EQ(changes[1].value, "7");
 }
 
+TEST_F(ChangeFile, TheOrderOfTheLinesDoesNotMatter) {
+  const std::string early = "2000000000,pc_vt_inject_energy,0\n";
+  const std::string late = "8000000000,exp_delta_pc_threshold,0.2\n";
+  const auto driven = [this](const std::string& text) {
+    return drive([&](Pipeline& pipeline) { addChanges(read(text), ParameterMap(), pipeline); });
+  };
+  const auto sorted = driven(early + late);
+  EXPECT_NE(sorted, driven(early));
+  EXPECT_EQ(sorted, driven(late + early));
+}
+
 TEST_F(ChangeFile, AStampThatTheDriveDoesNotReachIsNamed) {
   const auto changes =
       read("after_ns,name,value\n10,exp_loops,7\n99,exp_loops,8\n400,vt_match_threshold,0.05\n");

@@ -50,6 +50,13 @@ void OrbOdometryParams::validate() const {
   if (map_keyframes <= window_keyframes) {
     throwBadValue("orb_map_keyframes", map_keyframes, "it must exceed orb_window_keyframes");
   }
+  if (init_points > features) {
+    throwBadValue("orb_init_points", init_points, "it must not exceed orb_features, or no map could begin");
+  }
+  if (!camera_frame.empty() && camera_frame.front() == '/') {
+    throwBadValue("camera_frame", "'" + camera_frame + "'",
+                  "it must be the name of a tf2 frame, without a leading slash");
+  }
 }
 
 }  // namespace ratslam
