@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <condition_variable>
+#include <cstdint>
 #include <filesystem>
 #include <mutex>
 #include <stdexcept>
@@ -15,8 +16,17 @@ namespace ratslam {
 namespace {
 
 constexpr std::array<const char*, 2> kTurns{".a.db", ".b.db"};
+constexpr const char* kCheckpoint = "checkpoint";  // child of the state, with the checkpoint's number
+constexpr const char* kNumber = "number";
 constexpr const char* kNoFolder = "the parameter map_dir is not set: no checkpoints are kept";
 constexpr const char* kNothingYet = "there is nothing to save yet";
+
+/// Checkpoints are numbered in the order of writing, because stamps may go back. @return 0 for a map saved elsewhere
+std::uint64_t numberOf(const MapCheckpoint& checkpoint) {
+  std::uint64_t number = 0;
+  if (checkpoint.state.hasChild(kCheckpoint)) checkpoint.state.child(kCheckpoint).get(kNumber, number);
+  return number;
+}
 
 std::string secondsText(Stamp stamp) {
   const std::string nanoseconds = std::to_string(1'000'000'000 + stamp % 1'000'000'000).substr(1);
@@ -96,6 +106,7 @@ struct PartCheckpoints::Impl {
   }
 
   void hand(MapCheckpoint&& checkpoint) {
+    checkpoint.state.child(kCheckpoint).set(kNumber, ++number);
     {
       const std::lock_guard<std::mutex> guard(mutex);
       waiting = std::make_unique<MapCheckpoint>(std::move(checkpoint));  // replaces one that still waits
@@ -123,6 +134,7 @@ struct PartCheckpoints::Impl {
   std::unique_ptr<MapLock> lock;
   std::array<std::unique_ptr<MapWriter>, 2> writers;
   std::size_t next_turn = 0;
+  std::uint64_t number = 0;          ///< of the newest checkpoint
   std::vector<MapSession> sessions;  ///< before this one
   std::optional<Stamp> first;
   std::optional<Stamp> newest;
@@ -150,7 +162,8 @@ std::optional<State> PartCheckpoints::resume(const std::function<void(const std:
     if (!std::filesystem::exists(impl_->paths[turn])) continue;
     try {
       MapCheckpoint checkpoint = loadMapFile(impl_->paths[turn]);
-      if (best && best->stamp >= checkpoint.stamp) continue;
+      const auto age = [](const MapCheckpoint& one) { return std::make_pair(numberOf(one), one.stamp); };
+      if (best && age(*best) >= age(checkpoint)) continue;
       best = std::move(checkpoint);
       best_turn = turn;
     } catch (const std::runtime_error& error) {
@@ -167,6 +180,7 @@ std::optional<State> PartCheckpoints::resume(const std::function<void(const std:
   requireParameters(impl_->paths[best_turn], *best, impl_->settings.parameters);
   report(impl_->paths[best_turn] + ": resumed from the checkpoint at " + secondsText(best->stamp));
   impl_->next_turn = 1 - best_turn;
+  impl_->number = numberOf(*best);
   impl_->sessions = best->sessions;
   impl_->newest = best->stamp;
   return best->state.child(impl_->settings.part);

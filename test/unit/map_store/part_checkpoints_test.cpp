@@ -71,6 +71,25 @@ TEST_F(Counting, LosesNothingWhenItEndsInOrder) {
   EXPECT_EQ(resumed(), 21);
 }
 
+TEST_F(Counting, TheLastOneWrittenCountsThoughTheClockWasSetBack) {
+  run(100, 113, true);
+  run(0, 7, true);
+  EXPECT_EQ(resumed(), 20);
+  run(7, 8, true);
+  EXPECT_EQ(resumed(), 21);
+}
+
+TEST_F(Counting, TheLastOneWrittenCountsAmongThoseOfOneStamp) {
+  for (int more = 0; more < 2; ++more) {  // whichever of the two files is next
+    run(0, 3 + more, true);
+    PartCheckpoints checkpoints(settings_);
+    resume(checkpoints);
+    checkpoints.before((3 + more) * kSecond, [](State& state) { state.set("count", std::int64_t{0}); });
+    checkpoints.saveNow([](State& state) { state.set("count", std::int64_t{-1}); });
+    EXPECT_EQ(resumed(), -1);
+  }
+}
+
 TEST_F(Counting, SaysThatItStartsWithoutMemory) {
   EXPECT_EQ(resumed(), 0);
   ASSERT_EQ(reports_.size(), 1U);
