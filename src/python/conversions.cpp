@@ -44,7 +44,11 @@ Stamp stampFrom(const py::object& stamp) {
   constexpr double kNanoseconds = 1e9;
   constexpr double kLatest_s = 9e9;
   const auto number = py::module::import("numbers");
-  if (py::isinstance(stamp, number.attr("Integral"))) return py::int_(stamp).cast<Stamp>();
+  if (py::isinstance(stamp, number.attr("Integral"))) {
+    int beyond = 0;
+    const Stamp nanoseconds = PyLong_AsLongLongAndOverflow(py::int_(stamp).ptr(), &beyond);
+    if (beyond == 0) return nanoseconds;
+  }
   if (py::isinstance(stamp, number.attr("Real"))) {
     const double seconds = py::float_(stamp).cast<double>();
     if (std::abs(seconds) <= kLatest_s) return static_cast<Stamp>(std::llround(seconds * kNanoseconds));
@@ -65,6 +69,7 @@ cv::Mat imageFrom(const py::array& array) {
   }
   const int type = words ? CV_16UC1 : grey ? CV_8UC1 : CV_8UC3;
   const py::array whole = py::array::ensure(array, py::array::c_style);
+  if (!whole) throw std::bad_alloc();
   const cv::Mat image(static_cast<int>(whole.shape(0)), static_cast<int>(whole.shape(1)), type,
                       const_cast<void*>(whole.data()));
   return whole.ptr() == array.ptr() ? image : image.clone();
@@ -91,9 +96,26 @@ py::array_t<double> arrayFrom(const std::vector<StampedPose>& trajectory) {
   return array;
 }
 
-State stateFrom(const py::bytes& bytes) {
+py::bytes bytesOf(State& state, const std::map<std::string, std::string>& parameters) {
+  for (const auto& [key, text] : parameters)
+    state.child("parameters").set(key, std::vector<std::uint8_t>(text.begin(), text.end()));
+  const std::vector<std::uint8_t> bytes = state.toBytes();
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+State stateOf(const py::bytes& bytes, const std::map<std::string, std::string>& parameters) {
   const std::string text = bytes;
-  return State::fromBytes({text.begin(), text.end()});
+  const State state = State::fromBytes({text.begin(), text.end()});
+  for (const auto& [key, now] : parameters) {
+    std::vector<std::uint8_t> saved;
+    state.child("parameters").get(key, saved);
+    const std::string then(saved.begin(), saved.end());
+    if (then != now) {
+      throw std::invalid_argument("state: it was saved with " + key + " = " + then + ", but it is " + now +
+                                  " here");
+    }
+  }
+  return state.child("state");
 }
 
 }  // namespace ratslam::python

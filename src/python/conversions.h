@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
@@ -14,6 +15,7 @@
 #include "ratslam/common/state.h"
 #include "ratslam/experience_map/experience_graph.h"
 #include "ratslam/experience_map/map_pose.h"
+#include "ratslam/system/map_store.h"
 
 namespace ratslam::python {
 
@@ -61,14 +63,21 @@ py::array_t<double> experiencesOf(const ExperienceGraph& graph);
 /// ends (links, 2), recall (links,), measured (links, 5).
 py::dict linksOf(const ExperienceGraph& graph);
 
-template <class Stage>
-py::bytes save(const Stage& stage) {
+py::bytes bytesOf(State& state, const std::map<std::string, std::string>& parameters);
+State stateOf(const py::bytes& bytes, const std::map<std::string, std::string>& parameters);
+
+/// The state of a model and its parameters, as bytes.
+template <class Stage, class Params>
+py::bytes save(const Stage& stage, const Params& params) {
   State state;
-  stage.save(state);
-  const std::vector<std::uint8_t> bytes = state.toBytes();
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  stage.save(state.child("state"));
+  return bytesOf(state, parameterTexts(params));
 }
 
-State stateFrom(const py::bytes& bytes);
-
+/// The state of a model with the same parameters.
+/// @throws std::invalid_argument naming the first parameter that differs, std::runtime_error for bytes that are no state
+template <class Params>
+State stateFrom(const py::bytes& bytes, const Params& params) {
+  return stateOf(bytes, parameterTexts(params));
+}
 }  // namespace ratslam::python

@@ -98,12 +98,12 @@ then apply the pose cells' decision.)")
           "final_trajectory", [](const Map& m) { return arrayFrom(m.map->finalTrajectory()); },
           "The same as the present map sees it.")
       .def(
-          "save", [](const Map& m) { return save(*m.map); }, "The state as bytes.")
+          "save", [](const Map& m) { return save(*m.map, m.params); }, "The state as bytes.")
       .def(
           "load",
           [](Map& m, const py::bytes& bytes) {
             auto loaded = std::make_unique<ExperienceMap>(m.params);
-            loaded->load(stateFrom(bytes));
+            loaded->load(stateFrom(bytes, m.params));
             m.map = std::move(loaded);
           },
           py::arg("state"));

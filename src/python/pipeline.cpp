@@ -89,6 +89,10 @@ py::dict addImage(System& system, const py::object& stamp, const py::array& arra
 }
 
 py::dict addOdometry(System& system, const py::object& stamp, double speed, double yaw_rate) {
+  if (system.pipeline->odometry() != nullptr) {
+    throw std::invalid_argument(
+        "odometry: this pipeline makes its own of the images; it must be external for add_odometry");
+  }
   OdometrySample sample;
   sample.stamp = stampFrom(stamp);
   sample.speed = speed;

@@ -52,7 +52,7 @@ ActivityGrid gridFrom(const py::array_t<double, py::array::c_style | py::array::
 template <class Stage>
 void loadInto(std::shared_ptr<Stage>& stage, const PoseCellParams& params, const py::bytes& bytes) {
   auto loaded = std::make_shared<Stage>(params);
-  loaded->load(stateFrom(bytes));
+  loaded->load(stateFrom(bytes, params));
   stage = loaded;
 }
 
@@ -125,7 +125,7 @@ centre cell.)")
           "reseeds", [](const Network& n) { return n.network->reseeds(); },
           "How often all activity had died.")
       .def(
-          "save", [](const Network& n) { return save(*n.network); }, "The state as bytes.")
+          "save", [](const Network& n) { return save(*n.network, n.params); }, "The state as bytes.")
       .def(
           "load", [](Network& n, const py::bytes& bytes) { loadInto(n.network, n.params, bytes); },
           py::arg("state"), "Takes a state that a network of the same parameters has saved.");
@@ -166,7 +166,7 @@ experiences, equation (5). Within a frame: integrate, activate, decide.)")
           "activity", [](const Cells& c) { return viewOf(c.cells->activity(), c.cells); },
           "(heading, y, x), a read-only view without a copy.")
       .def_property_readonly("estimate", [](const Cells& c) { return c.cells->estimate(); })
-      .def("save", [](const Cells& c) { return save(*c.cells); })
+      .def("save", [](const Cells& c) { return save(*c.cells, c.params); })
       .def(
           "load", [](Cells& c, const py::bytes& bytes) { loadInto(c.cells, c.params, bytes); },
           py::arg("state"));

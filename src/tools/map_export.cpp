@@ -89,7 +89,7 @@ std::vector<std::string> faultsOf(const MapCheckpoint& map) {
   return faults;
 }
 
-void exportTum(std::ostream& out, const MapCheckpoint& map) {
+std::vector<std::vector<StampedPose3>> stretchesIn(const MapCheckpoint& map) {
   const State* state = find(map.state, "experience_map/map");
   if (state == nullptr) throw std::runtime_error("this file holds no experience map");
   ParameterMap parameters;
@@ -101,7 +101,7 @@ void exportTum(std::ostream& out, const MapCheckpoint& map) {
   parameters.read(params);
   ExperienceMap loaded(params);
   loaded.load(*state);
-  writeTum(out, toPoses3(loaded.finalTrajectory()));
+  return stretchesOf(toPoses3(loaded.finalTrajectory()));
 }
 
 void exportYaml(std::ostream& out, const MapCheckpoint& map) { writeMap(out, graphOf(map)); }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/system/map_store.h"
 
 namespace ratslam {
@@ -28,7 +29,8 @@ struct MapAnchor {
 };
 
 // @throws std::runtime_error if the file holds no experience map
-void exportTum(std::ostream& out, const MapCheckpoint& map);   ///< the path in the present map
+/// The path in the present map. A new stretch begins where time went back, as on another day's drive whose clock began anew.
+std::vector<std::vector<StampedPose3>> stretchesIn(const MapCheckpoint& map);
 void exportYaml(std::ostream& out, const MapCheckpoint& map);  ///< map.yaml
 void exportGraphml(std::ostream& out, const MapCheckpoint& map);
 /// Experiences as points, links as lines, in WGS 84. The projection is flat about the anchor: exact to a metre within a

@@ -11,6 +11,7 @@
 #include "map_export.h"
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/dataset/csv.h"
+#include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/system/map_merge.h"
 #include "ratslam/system/map_store.h"
 
@@ -156,6 +157,18 @@ MapAnchor parseAnchor(const std::string& text) {
   return {numbers[0], numbers[1], numbers[2]};
 }
 
+/// Writes the first stretch to `first`, and each later one, whose stamps begin anew, to a file of its own.
+void exportStretches(std::ostream& first, const std::string& path,
+                     const std::vector<std::vector<StampedPose3>>& stretches) {
+  writeTum(first, stretches.front());
+  for (std::size_t number = 1; number < stretches.size(); ++number) {
+    const std::string name = stretchName(path, number);
+    writeTum(name, stretches[number]);
+    std::cout << name << ": stretch " << number + 1 << " of " << stretches.size()
+              << ", whose stamps go back behind those before\n";
+  }
+}
+
 void exportMap(const Options& options) {
   requireOut(options);
   if (options.format.empty())
@@ -166,7 +179,7 @@ void exportMap(const Options& options) {
   AtomicFile out(options.out);
   const MapCheckpoint map = loadMapFile(options.file);
   if (options.format == "tum") {
-    exportTum(out.stream(), map);
+    exportStretches(out.stream(), options.out, stretchesIn(map));
   } else if (options.format == "yaml") {
     exportYaml(out.stream(), map);
   } else if (options.format == "graphml") {

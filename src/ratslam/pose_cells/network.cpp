@@ -75,8 +75,8 @@ void PoseCellNetwork::setActivity(const ActivityGrid& activity) {
         throwBadValue("activity", activity.data()[c], "it must not be negative");
   });
   const double sum = activity.sum();
-  if (!(sum > 0.0 && std::isfinite(sum)))
-    throwBadValue("activity", sum, "its sum must be positive and finite");
+  if (!(std::isfinite(sum) && std::isfinite(1.0 / sum)))
+    throwBadValue("activity", sum, "its sum must be positive and finite, and so must be its inverse");
   grid_ = activity;
   grid_.scale(1.0 / sum);
   model_sum_ = 1.0;
