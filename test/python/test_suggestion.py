@@ -65,6 +65,22 @@ def test_options_that_are_passed_on_are_found(words, value):
     assert runner.option(words, "--a") == value
 
 
+@pytest.mark.parametrize("key", ["pc_cell_x_size", "pc_vt_inject_energy", "image_crop_y_min"])
+def test_a_key_that_is_searched_cannot_be_set_as_well(tmp_path, key):
+    words = ["drive.bag", "--config", "c.yaml", "--out", str(tmp_path / "out"), "--", "--set", f"{key}=3"]
+    with pytest.raises(InputError, match=f"^--set: '{key}=3' is not allowed: {key} gets its values from this command"):
+        suggest_parameters.main(words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_threshold_that_is_searched_cannot_be_set_as_well():
+    """Which threshold decides shows only in the first run."""
+    passed_on = ["--set", "vt_match_threshold=0.5"]
+    assert runner.command("p", "in", "c", "out", {"pc_cell_x_size": "2"}, more=passed_on)[-2:] == passed_on
+    with pytest.raises(InputError, match="^--set: 'vt_match_threshold=0.5' is not allowed"):
+        runner.command("p", "in", "c", "out", {"vt_match_threshold": "0.1"}, more=passed_on)
+
+
 def test_images_are_turned_as_a_run_turns_them():
     image = np.arange(6).reshape(2, 3)
     assert (suggestion.turn([image], "90")[0] == [[3, 0], [4, 1], [5, 2]]).all()

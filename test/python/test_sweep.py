@@ -140,6 +140,34 @@ def test_what_follows_two_dashes_is_passed_on(program, tmp_path):
     assert len(calls(program)) == 3 and all(call.endswith(" ".join(more)) for call in calls(program))
 
 
+@pytest.mark.parametrize(
+    "key, passed_on",
+    [
+        ("vt_match_threshold", ["--set", "vt_match_threshold=0.5"]),
+        ("vt_match_threshold", ["--image-topic", "/a", "--set= vt_match_threshold = 0.5"]),
+        ("vt_match_threshold", ["--se", "exp_loops=3", "--se", "vt_match_threshold=0.5"]),
+        ("vt_patch_normalise", ["--set", "vt_patch_normalisation=1"]),
+        ("vt_patch_normalisation", ["--set", "vt_patch_normalise=1"]),
+    ],
+)
+def test_a_key_that_is_varied_cannot_be_set_as_well(program, tmp_path, key, passed_on):
+    with pytest.raises(InputError, match=f"^--set: '.*' is not allowed: {key} gets its values from this command itself"):
+        sweep.main(sweep_words(program, tmp_path, f"{key}=1,2") + ["--", *passed_on])
+    assert not calls(program) and not (tmp_path / "out").exists()
+
+
+def test_other_keys_than_the_varied_ones_can_be_set(program, tmp_path):
+    sweep.main(sweep_words(program, tmp_path, "vt_match_threshold=1,2") + ["--", "--set", "vt_patch_normalise=1"])
+    assert len(calls(program)) == 2 and all("--set vt_patch_normalise=1" in call for call in calls(program))
+
+
+@pytest.mark.parametrize("second", ["vt_patch_normalise", "vt_patch_normalisation"])
+def test_a_key_is_varied_once_however_it_is_spelled(program, tmp_path, second):
+    with pytest.raises(InputError, match=f"^--vary: {second} is given twice"):
+        sweep.main(sweep_words(program, tmp_path, "vt_patch_normalise=1,2", f"{second}=3,4"))
+    assert not calls(program) and not (tmp_path / "out").exists()
+
+
 def test_among_equals_none_is_the_best(program, tmp_path, capsys):
     sweep.main(sweep_words(program, tmp_path, "other=1,2"))
     assert "all have the same ape.final.mean" in capsys.readouterr().out

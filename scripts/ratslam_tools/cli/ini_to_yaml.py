@@ -50,7 +50,6 @@ SECTIONS = {"general": GENERAL, "ratslam": RATSLAM, "visual_odometry": VISUAL_OD
 IGNORED_SECTIONS = ("draw",)
 # Values that OpenRatSLAM's configurations imply.
 REFERENCE_ARITHMETIC = {"exp_solver": "relaxation"}
-SYNONYMS = {"vt_patch_normalisation": "vt_patch_normalise"}
 TITLES = {
     "general": "all nodes",
     "ratslam": "local view, pose cells, experience map",
@@ -115,7 +114,7 @@ def convert(path: str):
             continue
         lines.append(f"# {TITLES[section]}")
         for key, value in parser.items(section):
-            name = SYNONYMS.get(key, key)
+            name = runner.parameter(key)
             if name not in known and name not in ours:
                 remarks.append(f"[{section}] {key} is unknown and left out")
                 continue

@@ -76,6 +76,7 @@ def main(argv=None) -> None:
         raise InputError(f"--out: {arguments.out} is a file; a folder is needed")
     varied = [grid.parse_vary(text) for text in arguments.vary]
     points = grid.grid(varied)
+    runner.require_not_set([key for key, _ in varied], more)
     goal = grid.Goal(arguments.goal, arguments.largest)
     if arguments.truth is None and goal.name.startswith("ape.") and not arguments.merge:
         raise InputError(f"--goal: {goal.name} needs --truth FILE; without the truth take another, such as counts.recalls")

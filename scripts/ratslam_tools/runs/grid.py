@@ -59,8 +59,11 @@ def parse_vary(text: str) -> Tuple[str, List[str]]:
 def grid(varied: List[Tuple[str, List[str]]]) -> List[Dict[str, str]]:
     """All combinations of the varied values."""
     keys = [key for key, _ in varied]
-    if len(set(keys)) != len(keys):
-        raise InputError("--vary: a key is given twice")
+    names = [runner.parameter(key) for key in keys]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            first = keys[names.index(name)]
+            raise InputError(f"--vary: {keys[index]} is given twice" + (f", first as {first}" if first != keys[index] else ""))
     points = [dict(zip(keys, values)) for values in itertools.product(*(values for _, values in varied))]
     if len(points) > MAX_RUNS:
         raise InputError(f"--vary: {len(points)} runs; at most {MAX_RUNS}")

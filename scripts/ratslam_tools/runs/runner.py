@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import sys
 import threading
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 
 from ratslam_tools import SCRIPTS, evaluation
 from ratslam_tools.runs import run_folder
@@ -64,7 +64,10 @@ def command(
     max_frames: Optional[int] = None,
     more: Sequence[str] = (),
 ) -> List[str]:
-    """The command line of one run. @param more options of ratslam_run as they are"""
+    """The command line of one run. @param more options of ratslam_run as they are. @throws InputError if they set a key of
+    `settings`, which would then have no effect.
+    """
+    require_not_set(settings or {}, more)
     words = [program, source, "--config", config, "--out", out]
     if odometry is not None:
         words += ["--odometry", odometry]
@@ -95,6 +98,30 @@ def option(words: Sequence[str], name: str) -> Optional[str]:
         if word.startswith(name + "="):
             return word[len(name) + 1 :]
     return None
+
+
+SYNONYMS = {"vt_patch_normalisation": "vt_patch_normalise"}  # OpenRatSLAM's two spellings of one parameter
+
+
+def parameter(key: str) -> str:
+    """The name of the parameter that a key means."""
+    return SYNONYMS.get(key.strip(), key.strip())
+
+
+def require_not_set(keys: Iterable[str], more: Sequence[str]) -> None:
+    """@throws InputError if options of ratslam_run set one of the keys that this command gives values itself: the last
+    value would hold in every run."""
+    ours = {parameter(key): key for key in keys}
+    for word, following in zip(more, [*more[1:], ""]):
+        name, equals, value = word.partition("=")
+        if name not in ("--set", "--se"):  # ratslam_run takes the beginning of an option's name for the option
+            continue
+        assignment = value if equals else following
+        key = parameter(assignment.partition("=")[0])
+        if key in ours:
+            raise InputError(
+                f"--set: '{assignment}' is not allowed: {ours[key]} gets its values from this command itself; leave it out"
+            )
 
 
 CONTENT_BYTES = 1 << 20  # of larger files, such as bags, size and time of change stand for the content

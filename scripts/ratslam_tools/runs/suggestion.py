@@ -29,6 +29,8 @@ LONG_AGO = 50  # frames: a view that was last seen so long ago has come back
 LEAST_LOOP = 5  # least number of frames that come back in a loop; fewer may be false recalls
 HOLE = 10  # frames within a loop that do not come back
 ENOUGH = 0.9  # share of the best energy's frames
+# What is looked for in every recording. The first run shows whether threshold_key() is looked for too.
+KEYS = (*(f"image_crop_{axis}_{end}" for axis in "xy" for end in ("min", "max")), "pc_cell_x_size", "pc_vt_inject_energy")
 Runs = Callable[[Dict[str, str]], run_folder.Run]
 
 
