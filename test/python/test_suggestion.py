@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from conftest import built
-from ratslam_tools.cli import reproduce_records, suggest_parameters
+from ratslam_tools.cli import reproduce_paper, reproduce_records, suggest_parameters
 from ratslam_tools.datasets import flat_yaml, image_message
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import runner, suggestion
@@ -79,6 +79,17 @@ def test_a_threshold_that_is_searched_cannot_be_set_as_well():
     assert runner.command("p", "in", "c", "out", {"pc_cell_x_size": "2"}, more=passed_on)[-2:] == passed_on
     with pytest.raises(InputError, match="^--set: 'vt_match_threshold=0.5' is not allowed"):
         runner.command("p", "in", "c", "out", {"vt_match_threshold": "0.1"}, more=passed_on)
+
+
+def test_trials_and_records_do_not_lie_in_the_recordings_own_folder(tmp_path):
+    for main, more in (
+        (suggest_parameters.main, ["--config", "c.yaml"]),
+        (reproduce_records.main, []),
+        (reproduce_paper.main, []),
+    ):
+        with pytest.raises(InputError, match="^--out: '.*' is not allowed: it must be another folder than the recording's own"):
+            main([str(tmp_path), "--out", f"{tmp_path}/.", *more])
+    assert not os.listdir(tmp_path)
 
 
 def test_images_are_turned_as_a_run_turns_them():

@@ -140,6 +140,23 @@ def test_what_follows_two_dashes_is_passed_on(program, tmp_path):
     assert len(calls(program)) == 3 and all(call.endswith(" ".join(more)) for call in calls(program))
 
 
+@pytest.mark.parametrize("more", [[], ["--shard", "1/2"], ["--merge", "elsewhere"]])
+def test_runs_do_not_lie_in_the_recordings_own_folder(program, tmp_path, more):
+    (tmp_path / "drive").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "drive")
+    words = sweep_words(program, tmp_path, "other=1,2")
+    words[0] = str(tmp_path / "drive")
+    for own in (tmp_path / "drive", f"{tmp_path}/drive/.", tmp_path / "link"):
+        words[words.index("--out") + 1] = str(own)
+        with pytest.raises(InputError, match="^--out: '.*' is not allowed: it must be another folder than the recording's own"):
+            sweep.main(words + more)
+    assert not calls(program) and not os.listdir(tmp_path / "drive")
+    words[words.index("--out") + 1] = str(tmp_path / "drive" / "out")
+    if not more:
+        sweep.main(words)
+        assert os.listdir(tmp_path / "drive") == ["out"]
+
+
 @pytest.mark.parametrize(
     "key, passed_on",
     [

@@ -202,6 +202,7 @@ def main(argv=None) -> None:
     )
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
     arguments = parser.parse_args(argv)
+    runner.require_apart(arguments.out, arguments.folder)
     values = {
         key: grid.parse_vary(f"{key}={text}")[1]
         for (_, key), text in zip(SWEEPS, (arguments.inject_energy, arguments.cell_size))

@@ -95,6 +95,7 @@ def main(argv=None) -> None:
     parser.add_argument("--max-frames", type=int, metavar="N", help="stop each run after so many frames")
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
     arguments = parser.parse_args(argv)
+    runner.require_apart(arguments.out, arguments.folder)
     names = arguments.sequences.split(",") if arguments.sequences else []
     sequences = present(arguments.folder, names)
     program = runner.find(arguments.ratslam_run)

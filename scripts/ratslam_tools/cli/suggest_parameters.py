@@ -67,6 +67,7 @@ def main(argv=None) -> None:
     arguments = parser.parse_args(own)
     if arguments.frames < 10:
         raise InputError(f"--frames: {arguments.frames} is not allowed: at least 10")
+    runner.require_apart(arguments.out, arguments.input)
     runner.require_not_set(suggestion.KEYS, more)
     text_file.require_other("--yaml", arguments.yaml, [arguments.config, arguments.input, arguments.odometry])
     program = runner.find(arguments.ratslam_run)

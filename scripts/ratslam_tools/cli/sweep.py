@@ -74,6 +74,7 @@ def main(argv=None) -> None:
         raise InputError(f"--jobs: {arguments.jobs} is not allowed: at least 1")
     if os.path.exists(arguments.out) and not os.path.isdir(arguments.out):
         raise InputError(f"--out: {arguments.out} is a file; a folder is needed")
+    runner.require_apart(arguments.out, arguments.input)
     varied = [grid.parse_vary(text) for text in arguments.vary]
     points = grid.grid(varied)
     runner.require_not_set([key for key, _ in varied], more)

@@ -100,6 +100,12 @@ def option(words: Sequence[str], name: str) -> Optional[str]:
     return None
 
 
+def require_apart(out: str, source: str) -> None:
+    """@throws InputError if the folder for the runs is the recording itself, which would then hold their files."""
+    if os.path.realpath(out) == os.path.realpath(source):
+        raise InputError(f"--out: '{out}' is not allowed: it must be another folder than the recording's own")
+
+
 SYNONYMS = {"vt_patch_normalisation": "vt_patch_normalise"}  # OpenRatSLAM's two spellings of one parameter
 
 
