@@ -1,14 +1,17 @@
 """Geodesy, OpenRatSLAM configurations and donkey-car tubs."""
 
 import json
+import subprocess
 
 import numpy as np
 import pytest
 
+from conftest import built
 from ratslam_tools.cli import donkey_to_kitti, ini_to_yaml
 from ratslam_tools.datasets import flat_yaml, kitti, odometry_file
 from ratslam_tools.trajectory import geodesy
 from ratslam_tools.errors import InputError
+from ratslam_tools.runs import runner
 
 STLUCIA = """[general]
 topic_root=stlucia
@@ -95,6 +98,67 @@ def test_configurations_that_are_none(tmp_path, change, words):
     (tmp_path / "config.txt").write_text(STLUCIA.replace(*change))
     with pytest.raises(InputError, match=words):
         ini_to_yaml.convert(str(tmp_path / "config.txt"))
+
+
+@pytest.mark.parametrize(
+    "text, value", [("true", "true"), ("Yes", "true"), ("1", "true"), ("OFF", "false"), ("0", "false"), ("2", None), ("tRue", None)]
+)
+def test_truth_values_are_those_of_a_run(tmp_path, text, value):
+    (tmp_path / "config.txt").write_text(f"[ratslam]\nvt_panoramic={text}\n")
+    if value is None:
+        with pytest.raises(InputError, match=f"vt_panoramic: '{text}' is not true or false"):
+            ini_to_yaml.convert(str(tmp_path / "config.txt"))
+    else:
+        assert f"vt_panoramic: {value}\n" in ini_to_yaml.convert(str(tmp_path / "config.txt"))[0]
+
+
+WHOLE = "[ratslam]\ntemplate_x_size=60\ntemplate_y_size=10\n"
+
+
+@pytest.mark.parametrize(
+    "line, reason",
+    [
+        ("pc_dim_xy=5000", "pc_dim_xy: value 5000 is not allowed: it must lie within [1, 4096]"),
+        ("exp_loops=20.5", "exp_loops: value '20.5' is not a whole number"),
+        ("vt_shift_match=40", "vt_shift_match: value 40 is not allowed: twice the shift must be less than"),
+    ],
+)
+def test_what_a_run_refuses_is_not_converted(tmp_path, fails, line, reason):
+    built()
+    (tmp_path / "config.txt").write_text(WHOLE + line + "\n")
+    message = fails("ini_to_yaml", tmp_path / "config.txt", tmp_path / "out.yaml")
+    assert message.startswith(f"error: {tmp_path / 'config.txt'}: {reason}") and "config.yaml" not in message
+    assert not (tmp_path / "out.yaml").exists()
+
+
+def test_what_a_run_takes_is_converted_and_taken(tmp_path, run):
+    (program,) = built()
+    own = "vt_panoramic=Yes\npc_dim_xy=0030\nexp_loops=2e1\nvt_patch_normalisation=1\npc_openratslam_corner=no\n"
+    (tmp_path / "config.txt").write_text("[general]\ntopic_root=007\n" + WHOLE + own)
+    result = run("ini_to_yaml", tmp_path / "config.txt", tmp_path / "out.yaml", "--strict")
+    assert result.returncode == 0 and result.stderr.count("note:") == 1, result.stderr
+    for name in ("config.txt", "out.yaml"):
+        words = [program, tmp_path / "nothing", "--config", tmp_path / name, "--out", tmp_path / "run"]
+        taken = subprocess.run(words, stderr=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True, check=False)
+        assert "nothing: cannot open" in taken.stderr, taken.stderr
+
+
+def test_what_a_part_of_a_configuration_lacks_is_told(tmp_path, run):
+    built()
+    (tmp_path / "config.txt").write_text(STLUCIA)
+    result = run("ini_to_yaml", tmp_path / "config.txt", "--strict")
+    assert result.returncode == 0 and "note: ratslam_run refuses it without more: vt_shift_match: value 25" in result.stderr
+
+
+def test_values_that_no_run_has_judged_are_told(tmp_path, capsys, monkeypatch):
+    def absent(given=None):
+        raise InputError("ratslam_run was not found")
+
+    monkeypatch.setattr(runner, "find", absent)
+    (tmp_path / "config.txt").write_text(WHOLE + "pc_dim_xy=5000\n")
+    ini_to_yaml.main([str(tmp_path / "config.txt")])
+    out, messages = capsys.readouterr()
+    assert "pc_dim_xy: 5000" in out and "note: no ratslam_run was found, so the values' ranges are not checked" in messages
 
 
 def test_numbers_with_leading_zeros_are_not_taken_for_octal(tmp_path):

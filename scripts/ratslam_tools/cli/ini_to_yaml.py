@@ -3,10 +3,12 @@
 import argparse
 import configparser
 import json
+import os
 import re
 import subprocess
 import sys
-from typing import Set
+import tempfile
+from typing import List, Optional, Set, Tuple
 
 from ratslam_tools import text_file
 from ratslam_tools.errors import InputError
@@ -47,6 +49,9 @@ VISUAL_ODOMETRY = tuple(
     f"{kind}_image_{axis}_{end}" for kind in ("vtrans", "vrot") for axis in "xy" for end in ("min", "max")
 ) + ("camera_fov_deg", "camera_hz", "vtrans_scaling", "vtrans_max")
 SECTIONS = {"general": GENERAL, "ratslam": RATSLAM, "visual_odometry": VISUAL_ODOMETRY}
+TRUTH_VALUES = ("vt_panoramic",)  # all others of OpenRatSLAM's are numbers
+# The booleans of YAML 1.1, and so of rosparam and ratslam_run; each also with a capital, or in capitals.
+TRUTHS = {"true": "true", "yes": "true", "on": "true", "1": "true", "false": "false", "no": "false", "off": "false", "0": "false"}
 IGNORED_SECTIONS = ("draw",)
 # Values that OpenRatSLAM's configurations imply.
 REFERENCE_ARITHMETIC = {"exp_solver": "relaxation"}
@@ -69,6 +74,31 @@ def our_keys() -> Set[str]:
     except (InputError, OSError, subprocess.CalledProcessError):
         return set(REFERENCE_ARITHMETIC)
     return set(re.findall(r"^\| `(\w+)` \|", listed, re.MULTILINE))
+
+
+def objection(configuration: str) -> Optional[Tuple[str, str]]:
+    """What ratslam_run has against a configuration's values: (parameter, message), or None. It judges their types and
+    ranges before it opens the recording, so none is needed. @throws InputError if there is no ratslam_run
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        config, recording, out = (os.path.join(folder, name) for name in ("config.yaml", "recording", "out"))
+        with open(config, "w", encoding="utf-8", errors="surrogateescape") as file:
+            file.write(configuration)
+        words = runner.command(runner.find(), recording, config, out)
+        try:
+            finished = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
+        except OSError as error:
+            raise InputError(f"{words[0]}: cannot be run: {error.strerror}") from None
+        messages = finished.stderr.decode("utf-8", "replace").replace(config, "config.yaml")
+    found = re.search(rf"^{runner.PROGRAM}: ((\w+): .*)$", messages, re.MULTILINE)
+    return (found.group(2), re.sub(r" \(from config\.yaml:\d+\)", "", found.group(1))) if found else None
+
+
+def truth_value(text: str) -> str:
+    """@throws ValueError for what is none."""
+    if text not in (text.lower(), text.capitalize(), text.upper()) or text.lower() not in TRUTHS:
+        raise ValueError(f"'{text_file.shown(text)}' is not true or false")
+    return TRUTHS[text.lower()]
 
 
 def yaml_value(text: str) -> str:
@@ -99,7 +129,7 @@ def read_ini(path: str) -> configparser.ConfigParser:
 
 
 def convert(path: str):
-    """(YAML text, remarks on ignored keys). @throws InputError naming a key whose value is no number.
+    """(YAML text, remarks on ignored keys). @throws InputError naming a key whose value is of another type.
     """
     parser = read_ini(path)
     ours = our_keys()
@@ -123,9 +153,12 @@ def convert(path: str):
             seen.add(name)
             if name in known and name not in GENERAL:
                 try:
-                    text_file.finite_number(value)
-                except ValueError:
-                    raise InputError(f"{path}: [{section}] {key}: '{text_file.shown(value)}' is not a number") from None
+                    if name in TRUTH_VALUES:
+                        value = truth_value(value)
+                    else:
+                        text_file.finite_number(value)
+                except ValueError as error:
+                    raise InputError(f"{path}: [{section}] {key}: {error}") from None
             lines.append(f"{name}: {json.dumps(value) if name in GENERAL else yaml_value(value)}")
     if not seen:
         raise InputError(
@@ -138,6 +171,20 @@ def convert(path: str):
     return "\n".join(lines) + "\n", remarks
 
 
+def judge(path: str, configuration: str) -> List[str]:
+    """Remarks on values of a file that has become a configuration. @throws InputError if ratslam_run refuses one."""
+    try:
+        found = objection(configuration)
+    except InputError:
+        return [f"no {runner.PROGRAM} was found, so the values' ranges are not checked"]
+    if found is None:
+        return []
+    name, message = found
+    if re.search(rf"^{name}: ", configuration, re.MULTILINE):
+        raise InputError(f"{path}: {message}")
+    return [f"{runner.PROGRAM} refuses it without more: {message}"]
+
+
 def main(argv=None) -> None:
     """ini_to_yaml."""
     parser = argparse.ArgumentParser(
@@ -145,7 +192,7 @@ def main(argv=None) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Turns an OpenRatSLAM configuration into YAML for these nodes and ratslam_run. What it "
         "leaves out it "
-        "reports on stderr.",
+        "reports on stderr. A value out of its range is refused, if ratslam_run is built.",
         epilog="examples:\n  ini_to_yaml config_stlucia.txt stlucia.yaml\n  ini_to_yaml config_stlucia.txt "
         "--strict",
     )
@@ -158,7 +205,7 @@ def main(argv=None) -> None:
     unknown = [remark for remark in remarks if "unknown" in remark]
     if arguments.strict and unknown:
         raise InputError(f"{arguments.ini}: {unknown[0]}")
-    for remark in remarks:
+    for remark in remarks + judge(arguments.ini, text):
         print(f"note: {remark}", file=sys.stderr)
     if arguments.yaml is None:
         sys.stdout.write(text)
