@@ -12,7 +12,7 @@ from conftest import built
 from ratslam_tools.cli import reproduce_paper, reproduce_records, suggest_parameters
 from ratslam_tools.datasets import flat_yaml, image_message
 from ratslam_tools.errors import InputError
-from ratslam_tools.runs import runner, suggestion
+from ratslam_tools.runs import run_folder, runner, suggestion
 from ratslam_tools.trajectory import frames, write_kitti
 
 
@@ -186,6 +186,22 @@ def test_the_threshold_is_that_of_what_recalls(descriptor, recall, key):
     assert suggestion.threshold_key(run) == key
 
 
+@pytest.mark.parametrize("descriptor, key", [("blocks", "vt_match_threshold"), ("orientation", "vt_orientation_threshold")])
+def test_with_belief_a_threshold_decides_what_is_learned(tmp_path, descriptor, key):
+    """As docs/tuning.md says: with 0 every view is a new place, with a wide one hardly any."""
+    run, town = built("ratslam_town")
+    subprocess.run([town, "--out", tmp_path / "town", "--frames", "12", "--size", "310x94"], check=True, stdout=subprocess.DEVNULL)
+    counts = []
+    for value in ("0", "1"):
+        settings = {"template_x_size": "60", "template_y_size": "10", "vt_shift_match": "5", "vt_descriptor": descriptor}
+        settings.update({"vt_recall": "belief", key: value})
+        (tmp_path / "c.yaml").write_text("".join(f"{name}: {word}\n" for name, word in settings.items()))
+        words = runner.command(run, str(tmp_path / "town"), str(tmp_path / "c.yaml"), str(tmp_path / f"run{value}"))
+        runner.Runner().run(words)
+        counts.append(run_folder.Run(tmp_path / f"run{value}").summary["counts"]["templates"])
+    assert counts[0] == 12 and counts[1] < 6
+
+
 def test_loops_are_stretches_of_views_that_come_back():
     standing = np.repeat(np.arange(20), 100)
     assert not suggestion.loops_of(standing), "whoever stands still has not come back"
@@ -256,4 +272,4 @@ def test_a_drive_with_our_own_odometry(tmp_path):
     found = flat_yaml.read(str(tmp_path / "found.yaml"))
     assert 0.5 <= float(found["pc_cell_x_size"]) <= 5.0 and "vt_match_threshold" not in found
     text = (tmp_path / "found.yaml").read_text()
-    assert "Threshold: none decides" in text and "Injection: no loop closed" in text
+    assert "Threshold: none is suggested, belief decides about recalls" in text and "Injection: no loop closed" in text

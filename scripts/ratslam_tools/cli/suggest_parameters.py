@@ -34,7 +34,7 @@ def suggest(runs, sampled: list) -> list:
     add(f"Scale: a cell is crossed in about {suggestion.FRAMES_A_CELL:g} frames.", {"pc_cell_x_size": f"{cell:g}"})
     key = suggestion.threshold_key(first)
     if key is None:
-        add("Threshold: none decides, recalls are a matter of belief (vt_recall).", {})
+        add("Threshold: none is suggested, belief decides about recalls (vt_recall).", {})
     else:
         value, ratio = suggestion.threshold(runs, settings, key)
         add(f"Threshold: {ratio:.2f} experiences a template (between 1 and 2 is wanted).", {key: value})

@@ -139,7 +139,7 @@ def ratio_of(run: run_folder.Run) -> float:
 
 
 def threshold_key(run: run_folder.Run) -> Optional[str]:
-    """The parameter that decides about recalls; None for vt_recall: belief, which has no threshold."""
+    """The threshold of recalls; None for vt_recall: belief, where it only decides which views are new places."""
     parameters = run.summary.get("parameters", {})
     if parameters.get("vt_recall") == "belief":
         return None
