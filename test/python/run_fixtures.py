@@ -18,6 +18,8 @@ with open({log!r}, "a") as log:
     log.write(" ".join(words) + "\\n")
 if values.get("fail") == "1":
     sys.exit("fail: 1 is not allowed: 0")
+for word in filter(None, values.get("remark", "").split("+")):
+    print("ratslam_run: remark " + word, file=sys.stderr)
 time.sleep(float(values.get("sleep", 0)))
 for name in os.listdir({run!r}):
     shutil.copy(os.path.join({run!r}, name), out)

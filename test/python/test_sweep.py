@@ -233,6 +233,17 @@ def test_shards_put_together_are_the_whole_sweep(program, tmp_path, capsys):
             sweep.main(whole + ["--shard", bad])
 
 
+def test_what_runs_remark_is_told_once(program, tmp_path, capsys):
+    words = sweep_words(program, tmp_path, "remark=a,a+b,c+d,e+f+g", "other=1,2")
+    for _ in range(2):  # the second time no run is left to do
+        sweep.main(words)
+        messages = capsys.readouterr().err.splitlines()
+        assert messages[0] == "note: 4 of 8 runs: remark a" and messages[1] == "note: 2 of 8 runs: remark b"
+        assert len(messages) == 6 and messages[5] == "note: and 2 other remarks"
+    sweep.main(sweep_words(program, tmp_path, "other=1,2"))
+    assert capsys.readouterr().err == ""
+
+
 def test_sweep_goes_on_after_failures_and_says_so(program, tmp_path):
     with pytest.raises(InputError, match="1 of 2 runs failed.*fail: 1 is not allowed: 0"):
         sweep.main(sweep_words(program, tmp_path, "fail=0,1"))

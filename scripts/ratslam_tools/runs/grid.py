@@ -10,19 +10,22 @@ import itertools
 import json
 import os
 import shutil
+import sys
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
 from ratslam_tools import evaluation, plotting
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, one_line
 from ratslam_tools.evaluation import metrics
 from ratslam_tools.progress import Progress
 from ratslam_tools.runs import run_figures, run_folder, runner
 from ratslam_tools.runs.run_folder import Run
 
 MAX_RUNS = 10000
+MOST_REMARKS = 5  # that are told
 RESULT = "result.json"
 LOG_SPAN = 20  # a larger range of values gets a logarithmic axis
 FIGURES = ("max", "mean", "median", "min", "rmse")
@@ -118,6 +121,7 @@ class Sweep:
         self.known, self.t_max_diff, self.keep = known, t_max_diff, keep
         self.runner = runner.Runner()
         self.judged_by = _judge(known, t_max_diff)
+        self.remarks: List[List[str]] = []  # of each run
 
     def finished(self, point: Dict[str, str]):
         """Earlier results of a point by the same command, from the same files, judged by the same truth; or None."""
@@ -132,7 +136,11 @@ class Sweep:
         if not isinstance(record, dict):
             return None
         same = all(record.get(key) == value for key, value in self._origin(self._command(point)).items())
-        return record.get("figures") if same else None
+        if not same:
+            return None
+        told = record.get("remarks")
+        self.remarks.append([str(remark) for remark in told] if isinstance(told, list) else [])
+        return record.get("figures")
 
     def _origin(self, words: List[str]) -> dict:
         """What a result depends on."""
@@ -147,14 +155,15 @@ class Sweep:
         shutil.rmtree(folder, ignore_errors=True)
         os.makedirs(folder)
         words = self._command(point)
-        self.runner.run(words)
+        remarks = self.runner.run(words)
+        self.remarks.append(remarks)
         figures = evaluate(folder, self.known, self.t_max_diff)
         if not self.keep:
             for name in os.listdir(folder):
                 if name not in ("summary.json", RESULT):
                     os.unlink(os.path.join(folder, name))
         part = os.path.join(folder, RESULT + ".part")
-        evaluation.write_json(part, {**self._origin(words), "settings": point, "figures": figures})
+        evaluation.write_json(part, {**self._origin(words), "settings": point, "figures": figures, "remarks": remarks})
         os.replace(part, os.path.join(folder, RESULT))
         return figures
 
@@ -184,7 +193,18 @@ class Sweep:
                 raise
             finally:
                 progress.close()
+        self._tell_remarks()
         return found, failures
+
+    def _tell_remarks(self) -> None:
+        """Prints what runs have remarked, such as that a parameter has no effect; each remark once, the frequent ones
+        first."""
+        runs_of = Counter(remark for remarks in self.remarks for remark in sorted(set(remarks)))
+        ordered = sorted(runs_of.items(), key=lambda item: (-item[1], item[0]))
+        for remark, runs in ordered[:MOST_REMARKS]:
+            print(f"note: {runs} of {len(self.points)} runs: {one_line(remark)}", file=sys.stderr)
+        if len(ordered) > MOST_REMARKS:
+            print(f"note: and {len(ordered) - MOST_REMARKS} other remarks", file=sys.stderr)
 
 
 def write_csv(path: str, keys: List[str], points, found) -> None:

@@ -193,9 +193,9 @@ class Runner:
         self._processes: List[subprocess.Popen] = []
         self._stopped = False
 
-    def run(self, words: List[str]) -> None:
-        """Runs a command to its end. @throws InputError with its last line of stderr if it fails or is
-        stopped.
+    def run(self, words: List[str]) -> List[str]:
+        """Runs a command to its end and returns what ratslam_run has remarked. @throws InputError with its last line of
+        stderr if it fails or is stopped.
         """
         with self._lock:
             if self._stopped:
@@ -220,12 +220,13 @@ class Runner:
             self._processes.remove(process)
             if self._stopped:
                 raise InputError("stopped")
+        lines = messages.decode("utf-8", "replace").strip().splitlines()
         if process.returncode != 0:
-            lines = messages.decode("utf-8", "replace").strip().splitlines()
             raise InputError(
                 f"{' '.join(words)}: exit status {process.returncode}: "
                 f"{lines[-1] if lines else 'no message'}"
             )
+        return [line[len(PROGRAM) + 2 :] for line in lines if line.startswith(PROGRAM + ": ")]
 
     def stop(self) -> None:
         """Ends all running commands. No further ones are started."""
