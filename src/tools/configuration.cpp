@@ -22,9 +22,9 @@ ParameterMap readConfiguration(const std::string& program, const std::string& fi
   if (map.values().empty()) throw std::runtime_error(file + ": it holds no parameter");
   map.rejectUnknown(systemKeys());
   // Every value is checked, also those that only another program uses.
-  PipelineParams::fromMap(map);
   NodeParams nodes;
   map.read(nodes);
+  PipelineParams::fromMap(map);
   return map;
 }
 

@@ -70,10 +70,21 @@ def test_a_state_saved_goes_on_as_if_it_had_never_stopped():
         for step in range(20):
             network.step(0.1, -0.02 * step)
     assert np.array_equal(whole.activity, second.activity) and whole.save() == second.save()
-    with pytest.raises(RuntimeError):
+    with pytest.raises(ValueError, match="pc_dim_xy = 11, but it is 13"):
         ratslam.PoseCellNetwork(pc_dim_xy=13).load(first.save())
     with pytest.raises(RuntimeError):
         second.load(b"nothing of the kind")
+
+
+def test_a_state_of_other_parameters_is_refused_and_changes_nothing():
+    map_state = ratslam.ExperienceMap(exp_solver="graph").save()
+    with pytest.raises(ValueError, match="exp_solver = graph, but it is relaxation here"):
+        ratslam.ExperienceMap(exp_solver="relaxation").load(map_state)
+    cells = ratslam.LocalViewCells(**VIEW)
+    cells.observe(0, textured(1))
+    with pytest.raises(ValueError, match="vt_match_threshold"):
+        cells.load(ratslam.LocalViewCells(**{**VIEW, "vt_match_threshold": 0.05}).save())
+    assert len(cells) == 1
 
 
 @pytest.mark.parametrize(
@@ -95,7 +106,7 @@ def test_activity_of_another_shape_and_cells_outside_are_refused():
     network = ratslam.PoseCellNetwork(pc_dim_xy=11, pc_dim_th=12)
     with pytest.raises(ValueError, match=r"\(12, 11, 11\)"):
         network.set_activity(np.ones((11, 11, 12)))
-    for bad in (np.zeros((12, 11, 11)), -np.ones((12, 11, 11)), np.full((12, 11, 11), np.nan)):
+    for bad in (np.zeros((12, 11, 11)), -np.ones((12, 11, 11)), np.full((12, 11, 11), np.nan), np.full((12, 11, 11), 1e-313)):
         with pytest.raises(ValueError):
             network.set_activity(bad)
     with pytest.raises(ValueError, match="heading: value 12"):
@@ -175,11 +186,30 @@ def test_the_whole_system_frame_by_frame():
     assert system.links["recall"].any() and len(system.experiences) < 60
     assert system.final_trajectory.shape[1] == 6
     assert "late" in system.add_image(0.1 * 79 - 0.45, strip[:, :160])["told"]
-    for settings, words in (({"odometry": "orb"}, "needs the camera"), ({"odometry": "topic"}, "made of images")):
+    for settings, words in (({"odometry": "orb"}, "needs the camera"), ({"odometry": "topic"}, "one of profile, orb, or external")):
         with pytest.raises(ValueError, match=words):
             ratslam.Pipeline(**settings, **VIEW)
     with pytest.raises(ValueError, match="no parameter has this name"):
         ratslam.Pipeline(pc_dim_zz=3)
+
+
+def test_odometry_that_is_not_used_is_said():
+    with pytest.raises(ValueError, match="profile, orb, or external"):
+        ratslam.Pipeline("profiles", **VIEW)
+    with pytest.raises(ValueError, match="external"):
+        ratslam.Pipeline("profile", **VIEW).add_odometry(0, 1.0, 0.0)
+    pipeline = ratslam.Pipeline("external", **VIEW)
+    assert pipeline.add_odometry(0.1, 1.0, 0.0)["told"] == ""
+    assert "speed is not finite" in pipeline.add_odometry(0.2, float("nan"), 0.0)["told"]
+    assert "not newer" in pipeline.add_odometry(0.1, 1.0, 0.0)["told"]
+    with pytest.raises(ValueError, match="stamp: value 1000000000000000000000000000000"):
+        pipeline.add_odometry(10**30, 1.0, 0.0)
+
+
+def test_a_list_may_be_an_array():
+    camera = {"camera_fx": 300, "camera_fy": 300, "camera_cx": 160, "camera_cy": 120, "camera_width_px": 320}
+    pipeline = ratslam.Pipeline(**VIEW, **camera, camera_height_px=240, camera_distortion=np.array([0.1, -0.2]))
+    assert pipeline.parameters["camera_distortion"] == [0.1, -0.2]
 
 
 def test_tools_are_the_tools_themselves():

@@ -266,11 +266,6 @@ def test_a_topic_of_odometry_that_nobody_reads_is_refused(program, tmp_path):
     assert "--odometry-topic: value /odom is not allowed: it is for --odometry topic, not profile" in refused.stdout
 
 
-def test_stamps_by_arrival_are_said_to_be_for_nodes(program, short, tmp_path):
-    said = run(program, short, tmp_path / "out", "--set", "stamp_source=arrival").stdout
-    assert "stamp_source: value arrival is for cameras that are heard live" in said, said
-
-
 @pytest.mark.parametrize("name", ["odometry.csv", "map.yaml"])
 def test_what_a_run_reads_is_not_replaced_by_what_it_leaves(program, short, tmp_path, name):
     read = tmp_path / "out" / name

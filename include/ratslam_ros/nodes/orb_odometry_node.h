@@ -27,6 +27,8 @@ class OrbOdometryNode {
  private:
   void onCamera(const CameraModel& camera);
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);
+  /// Warns if no image at all could be tracked.
+  void sayWhatIsNotTracked() const;
 
   NodeParams params_;
   OrbOdometryParams odometry_params_;
@@ -39,6 +41,7 @@ class OrbOdometryNode {
   std::optional<OdometryCheckpoints> checkpoints_;  ///< of source_
   NodeDiagnostics diagnostics_;
   CountedWarning restarted_;
+  std::size_t seen_ = 0;  ///< images of this process
   std::optional<StartGate> gate_;
   ros::WallTimer watch_timer_;
   std::optional<CameraMount> mount_;

@@ -3,6 +3,11 @@
 #include "ratslam_ros/support/conversions.h"
 
 namespace ratslam {
+namespace {
+
+constexpr std::size_t kManyImages = 100;  // by then a camera that moves is tracked
+
+}  // namespace
 
 OrbOdometryNode::OrbOdometryNode(ros::NodeHandle handle, const ParameterMap& parameters,
                                  const ros::NodeHandle& own)
@@ -36,7 +41,13 @@ void OrbOdometryNode::onCamera(const CameraModel& camera) {
   checkpoints_->resume();
 }
 
+void OrbOdometryNode::sayWhatIsNotTracked() const {
+  const auto failure = source_ ? source_->failure() : std::nullopt;
+  if (failure) ROS_WARN("%s; a map begins once the camera moves and sees texture", failure->c_str());
+}
+
 void OrbOdometryNode::finish() {
+  sayWhatIsNotTracked();
   if (checkpoints_) checkpoints_->finish();
 }
 
@@ -44,6 +55,7 @@ void OrbOdometryNode::onImage(const std_msgs::Header& header, const ImageFrame& 
   const ros::WallTime begin = ros::WallTime::now();
   const OdometrySample sample = source_->track(checkpoints_->before(frame));
   const OrbResult& result = *source_->result();
+  if (++seen_ == kManyImages) sayWhatIsNotTracked();
   if (result.restarted) restarted_.report("tracking was lost: a fresh map carries pose and scale on");
   publisher_.publish(sample, result.twist);
   display_.show(header, frame.image, source_->camera(), source_->odometry(), result,

@@ -375,6 +375,9 @@ TEST(OrbOdometryParams, BadValuesAreNamed) {
   params.map_keyframes = params.window_keyframes;
   EXPECT_THROW(OrbOdometry(smallCamera(), params), std::invalid_argument);
   params = {};
+  params.init_points = params.features + 1;
+  EXPECT_THROW(params.validate(), std::invalid_argument) << "no map could begin";
+  params = {};
   params.camera_height = std::nan("");
   try {
     params.validate();
