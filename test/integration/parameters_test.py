@@ -43,15 +43,17 @@ class Parameters(harness.FolderTest):
         self.assert_fatal(self.start("ratslam_vo", camera_fov_deg=-3), "camera_fov_deg: value -3")
 
     def test_frames_that_tf_cannot_connect(self):
-        self.assert_fatal(self.start("ratslam_vo", base_frame="odom"), "base_frame: value 'odom'", "odom_frame")
-        self.assert_fatal(self.start("ratslam_orb_vo", camera_frame="/cam"), "camera_frame: value '/cam'", "leading slash")
+        self.assert_fatal(self.start("ratslam_vo", "__name:=vo_of_a_circle", base_frame="odom"), "base_frame: value 'odom'", "odom_frame")
+        self.assert_fatal(self.start("ratslam_orb_vo", "__name:=vo_of_a_slash", camera_frame="/cam"), "camera_frame: value '/cam'",
+                          "leading slash")
 
     def test_only_localising_needs_a_map(self):
         for name in NODES:
-            self.assert_fatal(self.start(name, localise_only=True), "localise_only", "map_dir")
+            self.assert_fatal(self.start(name, self.config, f"__name:=localise_{name}", localise_only=True), "localise_only", "map_dir")
 
     def test_a_part_of_a_calibration(self):
-        self.assert_fatal(self.start("ratslam_orb_vo", camera_distortion="[0.1, 0.2]"), "camera_distortion", "camera_fx")
+        self.assert_fatal(self.start("ratslam_orb_vo", "__name:=part", camera_distortion="[0.1, 0.2]"), "camera_distortion",
+                          "camera_fx")
 
     def test_missing_configuration_file(self):
         self.assert_fatal(self.start("ratslam_em", "/nowhere/config.txt"), "/nowhere/config.txt", "cannot open")

@@ -8,9 +8,6 @@ namespace ratslam {
 
 CheckpointSettings NodeCheckpoints::settings(const NodeParams& params, const std::string& part,
                                              const std::map<std::string, std::string>& parameters) {
-  if (params.localise_only && params.map_dir.empty()) {
-    throwBadValue("localise_only", true, "it needs a map: set map_dir");
-  }
   CheckpointSettings settings;
   settings.folder = params.map_dir;
   settings.part = part;

@@ -72,6 +72,10 @@ ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::No
     value.text = withHome(value.text);
     map.set(path, std::move(value));
   }
+  const NodeParams nodes = readParams<NodeParams>(map);
+  if (nodes.localise_only && nodes.map_dir.empty()) {
+    throwBadValue("localise_only", "true", "it needs a map: set map_dir");
+  }
   return map;
 }
 
