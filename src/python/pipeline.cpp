@@ -99,11 +99,12 @@ py::dict addOdometry(System& system, const py::object& stamp, double speed, doub
   sample.yaw_rate = yaw_rate;
   const std::size_t dropped = system.pipeline->droppedOdometry();
   const Pipeline::Progress progress = system.pipeline->addOdometry(sample);
-  if (system.pipeline->droppedOdometry() == dropped) return dictionaryOf(progress, "");
+  if (system.pipeline->droppedOdometry() <= dropped) return dictionaryOf(progress, "");
   const std::string impossible = whyImpossible(sample);
-  return dictionaryOf(progress,
-                      "the sample is dropped: " +
-                          (impossible.empty() ? "it is not newer than the one before it" : impossible));
+  if (!impossible.empty()) return dictionaryOf(progress, "the sample is dropped: " + impossible);
+  const bool taken = !progress.odometry.empty() && progress.odometry.back().stamp == sample.stamp;
+  return dictionaryOf(progress, taken ? "the sample before this one is dropped: its stamp lies ahead of time"
+                                      : "the sample is dropped: it is not newer than the one before it");
 }
 
 py::array_t<double> activityOf(const ActivityGrid& grid) {
@@ -130,6 +131,10 @@ bit.)")
       .def("add_odometry", &addOdometry, py::arg("stamp"), py::arg("speed"), py::arg("yaw_rate"),
            "Motion since the sample before: [m/s] forward, [rad/s] counter-clockwise. What cannot be used is "
            "dropped; told says why.")
+      .def(
+          "end_odometry", [](System& s) { return dictionaryOf(s.pipeline->endOdometry(), ""); },
+          "To be called after the last sample: if its stamp jumps ahead, it has waited for the next one. "
+          "Returns the same.")
       .def_property_readonly(
           "activity", [](const System& s) { return activityOf(s.pipeline->poseCells().cells().activity()); },
           "Of the pose cells, (heading, y, x), a copy.")

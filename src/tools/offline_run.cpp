@@ -261,9 +261,12 @@ bool OfflineRun::run() {
     decoding_seconds = items.decodingSeconds();
   }
   if (!failure.empty()) say("ended in the middle: " + failure);
+  if (nothingCameOfIt()) follow(pipeline_->endOdometry());
   const std::optional<std::string> nothing = nothingCameOfIt();
   const bool kept =
       nothing ? map_writer_ == nullptr : saveMap();  // a good map is not replaced by an empty one
+  // Only after saving, because a later run may still decide whether the last sample is ahead of time.
+  follow(pipeline_->endOdometry());
   finish(decoding_seconds);
   sayWhatWasLeft();
   if (nothing) say(*nothing + (kept ? "" : "; " + options_.save_map + " stays as it was"));

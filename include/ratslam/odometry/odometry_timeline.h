@@ -47,8 +47,8 @@ struct TimedStep {
   std::optional<OdometryCorrection> correction;  ///< that became known at this stamp
 };
 
-/// Result of OdometryTimeline::push.
-enum class SampleVerdict { kAccepted, kImpossible, kRepeatedStamp, kLate, kTimeWentBack };
+/// Result of OdometryTimeline::push; kHeld and kAhead are of EventGate::addOdometry alone.
+enum class SampleVerdict { kAccepted, kImpossible, kRepeatedStamp, kLate, kTimeWentBack, kHeld, kAhead };
 
 class OdometryTimeline {
  public:

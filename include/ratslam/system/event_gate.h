@@ -6,12 +6,20 @@
 /// new time wait until the odometry has gone back as well, and samples of the new time wait for the events. So no
 /// motion is measured across the jump. A second source with earlier stamps (two publishers of one topic) is not
 /// mistaken for a jump.
+///
+/// A single sample whose stamp lies ahead of time must not end the stream. So a sample that is the first, or that jumps
+/// ahead by more than time_reset, is held until another one decides: if the next goes on from it, or an event reaches its
+/// stamp, then time did jump. If the next is back near the old time (of a first sample: the next two), the held one
+/// is dropped.
 #pragma once
 
 #include <deque>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "ratslam/odometry/odometry_timeline.h"
+#include "ratslam/odometry/possible.h"
 
 namespace ratslam {
 
@@ -22,6 +30,13 @@ enum class EventVerdict { kAccepted, kLate, kTimeWentBack };
 /// far (for a live odometry that is silent).
 enum class Passing { kReached, kAll };
 
+/// A sample that was held, and what became of it.
+struct DecidedSample {
+  OdometrySample sample;
+  SampleVerdict verdict = SampleVerdict::kAccepted;
+  bool unmeasured = false;  ///< it ends an unmeasured stretch
+};
+
 /// @tparam Event has a member `stamp`
 template <class Event>
 class EventGate {
@@ -30,30 +45,42 @@ class EventGate {
       : params_(params), odometry_(use_pose, params) {}
 
   /// Adds a sample. kTimeWentBack: the sample opens a new time, which begins once the events have gone back, too.
+  /// kHeld: a later call decides, and takeDecided() then gives the sample.
   SampleVerdict addOdometry(const OdometrySample& sample) {
-    // The new time may run past the end of the old one before the events have gone back.
-    if (!earlier_.empty() && sample.stamp > earlier_.back().stamp &&
-        secondsBetween(earlier_.back().stamp, sample.stamp) < params_.time_reset) {
-      keepForTheNewTime(sample);
-      return SampleVerdict::kAccepted;
+    decided_.clear();
+    if (!whyImpossible(sample).empty()) return SampleVerdict::kImpossible;
+    if (held_) {
+      if (sample.stamp == held_->stamp) return SampleVerdict::kRepeatedStamp;
+      if (sample.stamp > held_->stamp) {
+        acceptHeld();
+      } else if (!odometry_.lastStamp()) {
+        if (const auto verdict = addBeforeFirst(sample)) return *verdict;
+      } else if (sample.stamp > *odometry_.lastStamp()) {
+        if (!refutesHeld(sample.stamp)) return SampleVerdict::kLate;
+        dropHeld();
+      }
     }
-    const SampleVerdict verdict = odometry_.push(sample);
-    if (verdict == SampleVerdict::kAccepted)
-      earlier_.clear();  // the old time continues, so these were another source's
-    if (verdict != SampleVerdict::kTimeWentBack) return verdict;
-    if (held_until_) {
-      startAnew({sample});
-      return verdict;
-    }
-    if (!earlier_.empty() && sample.stamp <= earlier_.back().stamp) {
-      if (secondsBetween(sample.stamp, earlier_.back().stamp) < params_.time_reset)
-        return SampleVerdict::kLate;
-      earlier_.clear();
-    }
-    const bool first = earlier_.empty();
-    keepForTheNewTime(sample);
-    takeLater();
-    return first ? SampleVerdict::kTimeWentBack : SampleVerdict::kAccepted;
+    if (!isDoubtful(sample.stamp)) return admit(sample);
+    if (last_event_ && *last_event_ >= sample.stamp) return admit(sample);
+    held_ = sample;
+    return SampleVerdict::kHeld;
+  }
+  /// Samples that were held and have been decided since the last call of addOdometry began, the oldest first.
+  std::vector<DecidedSample> takeDecided() { return std::exchange(decided_, {}); }
+  /// Takes the held sample as it is: nothing more will come, or the odometry is silent.
+  void acceptHeld() {
+    if (!held_) return;
+    const OdometrySample sample = *std::exchange(held_, std::nullopt);
+    const std::uint64_t unmeasured = odometry_.unmeasured();
+    const SampleVerdict verdict = admit(sample);
+    decided_.push_back({sample, verdict, odometry_.unmeasured() > unmeasured});
+  }
+  /// Number of samples that went back in time, while the events did not, and so were not used; and the stamp of the
+  /// first of them.
+  std::uint64_t leftBehind() const { return left_behind_ + earlier_.size(); }
+  std::optional<Stamp> firstLeftBehind() const {
+    if (first_left_behind_ || earlier_.empty()) return first_left_behind_;
+    return earlier_.front().stamp;
   }
 
   /// Whether an event of this stamp would open a new time.
@@ -66,6 +93,7 @@ class EventGate {
     const bool back = last_event_ && event.stamp < *last_event_;
     if (back && !opensNewTime(event.stamp)) return EventVerdict::kLate;
     last_event_ = event.stamp;
+    if (held_ && event.stamp >= held_->stamp) acceptHeld();
     later_.push_back(event);
     takeLater();
     return back ? EventVerdict::kTimeWentBack : EventVerdict::kAccepted;
@@ -115,6 +143,9 @@ class EventGate {
     fields("held_until", held_until_);
     fields("earlier", earlier_);
     fields("beginnings", beginnings_);
+    fields("held", held_);
+    fields("left_behind", left_behind_);
+    fields("first_left_behind", first_left_behind_);
   }
 
   /// Number of times that the odometry's time has begun anew.
@@ -122,6 +153,65 @@ class EventGate {
 
  private:
   static constexpr std::size_t kMostEarlier = 10000;
+
+  SampleVerdict admit(const OdometrySample& sample) {
+    // The new time may run past the end of the old one before the events have gone back.
+    if (continuesEarlier(sample.stamp)) {
+      keepForTheNewTime(sample);
+      return SampleVerdict::kAccepted;
+    }
+    const SampleVerdict verdict = odometry_.push(sample);
+    if (verdict == SampleVerdict::kAccepted)
+      forgetEarlier();  // the old time continues, so these were another source's
+    if (verdict != SampleVerdict::kTimeWentBack) return verdict;
+    if (held_until_) {
+      startAnew({sample});
+      return verdict;
+    }
+    return keepEarlier(sample);
+  }
+
+  /// Keeps a sample of an earlier time, until the events go back, too.
+  SampleVerdict keepEarlier(const OdometrySample& sample) {
+    if (!earlier_.empty() && sample.stamp <= earlier_.back().stamp) {
+      if (secondsBetween(sample.stamp, earlier_.back().stamp) < params_.time_reset)
+        return SampleVerdict::kLate;
+      forgetEarlier();
+    }
+    const bool first = earlier_.empty();
+    keepForTheNewTime(sample);
+    takeLater();
+    return first ? SampleVerdict::kTimeWentBack : SampleVerdict::kAccepted;
+  }
+
+  /// A sample before the first one, which is held. None if the first one is dropped, and the sample is still to be added.
+  std::optional<SampleVerdict> addBeforeFirst(const OdometrySample& sample) {
+    if (secondsBetween(sample.stamp, held_->stamp) < params_.time_reset) return SampleVerdict::kLate;
+    if (earlier_.empty() || sample.stamp <= earlier_.back().stamp) return keepEarlier(sample);
+    dropHeld();
+    for (const OdometrySample& earlier : std::exchange(earlier_, {})) odometry_.push(earlier);
+    return std::nullopt;
+  }
+
+  bool continuesEarlier(Stamp stamp) const {
+    return !earlier_.empty() && stamp > earlier_.back().stamp &&
+           secondsBetween(earlier_.back().stamp, stamp) < params_.time_reset;
+  }
+
+  /// Whether another sample must show that time is what this stamp says.
+  bool isDoubtful(Stamp stamp) const {
+    const std::optional<Stamp> last = odometry_.lastStamp();
+    if (!last) return true;
+    return stamp > *last && secondsBetween(*last, stamp) > params_.time_reset && !continuesEarlier(stamp);
+  }
+
+  /// Whether a stamp between the last one and that of the held sample shows that the latter was wrong. If not, it is late.
+  bool refutesHeld(Stamp stamp) const {
+    const double back = secondsBetween(stamp, held_->stamp);
+    return back >= params_.time_reset || secondsBetween(*odometry_.lastStamp(), stamp) < back;
+  }
+
+  void dropHeld() { decided_.push_back({*std::exchange(held_, std::nullopt), SampleVerdict::kAhead}); }
 
   bool nextIsReached() const {
     const Stamp next = events_.front().stamp;
@@ -141,6 +231,7 @@ class EventGate {
     while (!later_.empty()) {
       const Event next = later_.front();
       const bool back = newest_taken_ && next.stamp < *newest_taken_;
+      if (back && held_ && !earlier_.empty()) endOldTime();
       // If the odometry's old time is over as well, it will never reach the remaining events.
       const bool will_pass = !events_.empty() && (earlier_.empty() || nextIsReached());
       if (back && will_pass) return;
@@ -159,7 +250,27 @@ class EventGate {
 
   void keepForTheNewTime(const OdometrySample& sample) {
     earlier_.push_back(sample);
-    if (earlier_.size() > kMostEarlier) earlier_.pop_front();
+    if (earlier_.size() <= kMostEarlier) return;
+    leaveBehind(1);
+    earlier_.pop_front();
+  }
+
+  void forgetEarlier() {
+    leaveBehind(earlier_.size());
+    earlier_.clear();
+  }
+
+  void leaveBehind(std::size_t samples) {
+    if (samples > 0) first_left_behind_ = firstLeftBehind();
+    left_behind_ += samples;
+  }
+
+  /// Both streams have gone back. The held sample was the last one of the old time, for which events may wait.
+  void endOldTime() {
+    const std::uint64_t unmeasured = odometry_.unmeasured();
+    const SampleVerdict verdict = odometry_.push(*held_);
+    decided_.push_back({*held_, verdict, odometry_.unmeasured() > unmeasured});
+    held_.reset();
   }
 
   /// @param samples  may be earlier_
@@ -167,6 +278,7 @@ class EventGate {
     odometry_.reset();
     for (const OdometrySample& sample : samples) odometry_.push(sample);
     earlier_.clear();
+    held_.reset();
     held_until_.reset();
     ++beginnings_;
   }
@@ -182,6 +294,10 @@ class EventGate {
   /// Samples of an earlier time, until the events go back, too.
   std::deque<OdometrySample> earlier_;
   std::uint64_t beginnings_ = 0;
+  std::optional<OdometrySample> held_;  ///< the newest sample, while its stamp is in doubt
+  std::vector<DecidedSample> decided_;
+  std::uint64_t left_behind_ = 0;
+  std::optional<Stamp> first_left_behind_;
 };
 
 }  // namespace ratslam

@@ -53,6 +53,10 @@ class LocalViewStage {
 
   /// kTimeWentBack: the stream has been reset, and this sample sets the clock.
   SampleVerdict addOdometry(const OdometrySample& sample);
+  /// Samples that were held by their stamps and have been decided since the last call of addOdometry (event_gate.h).
+  const std::vector<DecidedSample>& decided() const { return decided_; }
+  /// To be called after the last sample.
+  void endOdometry();
 
   /// @throws std::invalid_argument as LocalViewCells::describe does; std::logic_error without its camera
   EventVerdict addFrame(const ImageFrame& frame);
@@ -114,6 +118,8 @@ class LocalViewStage {
     }
   };
 
+  void follow(const OdometrySample& sample, SampleVerdict verdict, bool broken);
+  std::vector<DecidedSample> followDecided();
   void joinOldest();
   ViewMotion motionUntil(Stamp stamp);
   ViewObservation process(const WaitingView& waiting);
@@ -124,6 +130,7 @@ class LocalViewStage {
   TimedChanges<LocalViewParams> changes_;
   std::unique_ptr<RecallCheck> recall_check_;  ///< only with vt_verify, once the camera is known
   EventGate<WaitingView> gate_;
+  std::vector<DecidedSample> decided_;
   std::deque<Certainty> certainties_;  ///< of the samples that no view has used yet
   std::optional<Stamp> last_sample_;
   std::uint32_t source_epoch_ = 0;  ///< of the last sample

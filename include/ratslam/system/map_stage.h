@@ -24,6 +24,10 @@ class MapStage {
            const OdometryStreamParams& stream = {});
 
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
+  /// Samples that were held by their stamps and have been decided (event_gate.h).
+  std::vector<DecidedSample> takeDecided() { return gate_.takeDecided(); }
+  /// To be called after the last sample.
+  void endOdometry() { gate_.acceptHeld(); }
   /// Adds the decision of a view event, also of kind kNone. No decision is left out, because each one that creates an
   /// experience counts for the numbers. One that is a little late counts as simultaneous with the one before.
   /// @return false if time has gone back

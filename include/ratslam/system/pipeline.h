@@ -85,6 +85,8 @@ class Pipeline {
   Progress addImage(const ImageFrame& frame);
   /// Processes a sample of odometry. One that is impossible, repeats a stamp or is late is left out and counted.
   Progress addOdometry(const OdometrySample& sample);
+  /// To be called when no odometry will follow: a last sample whose stamp is in doubt is then taken (event_gate.h).
+  Progress endOdometry();
 
   /// Solves the map to its optimum. The newest pose of the online trajectory does not change.
   void settle() { map_.map().settle(); }
@@ -97,8 +99,8 @@ class Pipeline {
   const ModuleTimes& times() const { return times_; }
   /// Number of samples of odometry that were dropped, and the reason for the first one; the reason is empty if that
   /// sample was dropped before the loaded state was saved.
-  std::size_t droppedOdometry() const { return dropped_odometry_; }
-  const std::string& firstDrop() const { return first_drop_; }
+  std::size_t droppedOdometry() const { return dropped_odometry_ + pose_cells_.odometryLeftBehind(); }
+  std::string firstDrop() const;
   /// Number of views with a stamp a little before that of the view before.
   std::size_t lateViews() const { return late_views_; }
   /// Number of samples with an unusable covariance, and what is wrong with the first of them.
@@ -128,7 +130,10 @@ class Pipeline {
  private:
   void track(const ImageFrame& frame, Progress& progress);
   void observe(const ImageFrame& frame, Progress& progress);
-  bool feedOdometry(const OdometrySample& sample);
+  std::vector<OdometrySample> feedOdometry(const OdometrySample& sample);
+  /// The samples among those that were held which are taken.
+  std::vector<OdometrySample> takeDecided();
+  bool isTaken(const OdometrySample& sample, SampleVerdict verdict);
   void drain(Progress& progress);
 
   std::unique_ptr<OdometrySource> odometry_;

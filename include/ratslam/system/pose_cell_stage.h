@@ -27,6 +27,13 @@ class PoseCellStage {
       : cells_(params), stream_(stream), gate_(false, stream) {}
 
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
+  /// Samples that were held by their stamps and have been decided (event_gate.h).
+  std::vector<DecidedSample> takeDecided() { return gate_.takeDecided(); }
+  /// To be called after the last sample.
+  void endOdometry() { gate_.acceptHeld(); }
+  /// Number of samples that went back in time alone and were not used, and the stamp of the first.
+  std::uint64_t odometryLeftBehind() const { return gate_.leftBehind(); }
+  std::optional<Stamp> firstLeftBehind() const { return gate_.firstLeftBehind(); }
   /// @throws std::invalid_argument for an angle that is not finite. The check is here, because an exception in drain()
   /// would lose the decisions before it.
   EventVerdict addView(const ViewEvent& view);

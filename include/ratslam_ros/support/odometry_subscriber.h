@@ -12,8 +12,9 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "ratslam/odometry/odometry_timeline.h"
+#include "ratslam/system/event_gate.h"
 #include "ratslam_ros/OdometryQuality.h"
 #include "ratslam_ros/support/counted_warning.h"
 #include "ratslam_ros/support/message_guard.h"
@@ -24,8 +25,8 @@ namespace ratslam {
 
 class OdometrySubscriber {
  public:
-  /// Hands a sample to the stage. @return the stage's verdict
-  using Handler = std::function<SampleVerdict(const OdometrySample&)>;
+  /// Hands a sample to the stage. @return the stage's verdicts on a sample that was held and on this one
+  using Handler = std::function<std::vector<DecidedSample>(const OdometrySample&)>;
 
   /// @param sync_timeout  wall time after which samples go on without their quality [s]
   OdometrySubscriber(const ros::NodeHandle& handle, const std::string& topic, double sync_timeout,
@@ -44,6 +45,7 @@ class OdometrySubscriber {
   /// Hands on the samples whose quality is known; all of them if `wait` is false.
   void drain(bool wait);
   void handOn(const OdometrySample& sample);
+  void report(const DecidedSample& decided);
 
   ros::NodeHandle handle_;
   Handler handler_;
@@ -59,6 +61,7 @@ class OdometrySubscriber {
   CountedWarning impossible_;
   CountedWarning repeated_;
   CountedWarning late_;
+  CountedWarning ahead_;
   CountedWarning absurd_;
   CountedWarning time_went_back_;
   ros::Subscriber quality_subscriber_;

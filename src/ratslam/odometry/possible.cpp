@@ -1,6 +1,7 @@
 #include "ratslam/odometry/possible.h"
 
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 
 #include "ratslam/odometry/odometry_timeline.h"
@@ -39,6 +40,13 @@ std::string whyImpossible(const OdometryCorrection& correction) {
 
 }  // namespace
 
+std::string stampText(Stamp stamp) {
+  char text[48];
+  std::snprintf(text, sizeof(text), "%lld.%09lld", static_cast<long long>(stamp / 1000000000),
+                static_cast<long long>(stamp % 1000000000));
+  return text;
+}
+
 std::string whyImpossible(const OdometrySample& sample) {
   std::string why = beyond("the speed", sample.speed, kFastest, "m/s");
   if (why.empty()) why = beyond("the yaw rate", sample.yaw_rate, kFastest, "rad/s");
@@ -55,6 +63,8 @@ std::string whyDropped(SampleVerdict verdict, const OdometrySample& sample) {
   if (verdict == SampleVerdict::kImpossible) return whyImpossible(sample);
   if (verdict == SampleVerdict::kRepeatedStamp) return "it repeats the stamp before it";
   if (verdict == SampleVerdict::kLate) return "it is older than the message before it";
+  if (verdict == SampleVerdict::kAhead)
+    return "its stamp " + stampText(sample.stamp) + " lies ahead of the messages before and after it";
   return "";
 }
 

@@ -60,12 +60,32 @@ void LocalViewStage::setCamera(const CameraModel& camera) {
 
 SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
   if (!needsOdometry()) return SampleVerdict::kAccepted;
+  followDecided();  // those that an event has decided
+  decided_.clear();
   const std::uint64_t unmeasured = gate_.odometry().unmeasured();
   const SampleVerdict verdict = gate_.addOdometry(sample);
-  if (verdict != SampleVerdict::kAccepted && verdict != SampleVerdict::kTimeWentBack) return verdict;
+  std::uint64_t before = 0;
+  for (const DecidedSample& held : followDecided()) before += held.unmeasured ? 1U : 0U;
+  follow(sample, verdict, gate_.odometry().unmeasured() > unmeasured + before);
+  return verdict;
+}
+
+std::vector<DecidedSample> LocalViewStage::followDecided() {
+  std::vector<DecidedSample> decided = gate_.takeDecided();
+  for (const DecidedSample& held : decided) follow(held.sample, held.verdict, held.unmeasured);
+  decided_.insert(decided_.end(), decided.begin(), decided.end());
+  return decided;
+}
+
+void LocalViewStage::endOdometry() {
+  gate_.acceptHeld();
+  followDecided();
+}
+
+void LocalViewStage::follow(const OdometrySample& sample, SampleVerdict verdict, bool broken) {
+  if (verdict != SampleVerdict::kAccepted && verdict != SampleVerdict::kTimeWentBack) return;
   const bool back = verdict == SampleVerdict::kTimeWentBack;
   if (back) certainties_.clear();
-  const bool broken = gate_.odometry().unmeasured() > unmeasured;
   const bool anew = last_sample_ && sample.epoch != source_epoch_;
   if (broken || anew) ++epoch_;
   Certainty certainty;
@@ -82,7 +102,6 @@ SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
   if (certainties_.size() > kMostCertainties) joinOldest();
   last_sample_ = sample.stamp;
   source_epoch_ = sample.epoch;
-  return verdict;
 }
 
 void LocalViewStage::joinOldest() {
@@ -110,6 +129,7 @@ EventVerdict LocalViewStage::addFrame(const ImageFrame& frame) {
 
 std::vector<ViewObservation> LocalViewStage::drain(Passing which) {
   std::vector<ViewObservation> seen;
+  if (which == Passing::kAll && needsOdometry()) endOdometry();
   gate_.pass(needsOdometry() ? which : Passing::kAll, [&](const WaitingView& waiting) {
     seen.push_back(process(waiting));
     return true;
@@ -156,6 +176,7 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
 
 ViewObservation LocalViewStage::process(const WaitingView& waiting) {
   changes_.applyBefore(waiting.stamp, cells_);
+  followDecided();
   const ViewMotion motion = needsOdometry() ? motionUntil(waiting.stamp) : ViewMotion{};
   ViewObservation observation;
   const bool checked = recall_check_ && waiting.view.textured;

@@ -11,7 +11,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 8;
+constexpr std::uint32_t kStateVersion = 9;
 constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
 
 constexpr std::uint32_t kMostExperiences = 10'000'000;
@@ -48,6 +48,7 @@ void MapStage::addGeometry(const RecallGeometry& geometry) {
 
 std::vector<Stamp> MapStage::drain(Passing which) {
   std::vector<Stamp> processed;
+  if (which == Passing::kAll) gate_.acceptHeld();
   gate_.pass(which, [&](const TopologicalAction& action) {
     if (last_processed_ && action.stamp < *last_processed_) {
       started_ = false;  // the map's clock is set again: no motion and no time across the jump

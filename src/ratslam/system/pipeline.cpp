@@ -89,15 +89,39 @@ void Pipeline::observe(const ImageFrame& frame, Progress& progress) {
 
 Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
   Progress progress;
-  if (feedOdometry(sample)) progress.odometry.push_back(sample);
+  progress.odometry = feedOdometry(sample);
   drain(progress);
   return progress;
 }
 
-bool Pipeline::feedOdometry(const OdometrySample& sample) {
+Pipeline::Progress Pipeline::endOdometry() {
+  Progress progress;
+  local_view_.endOdometry();
+  pose_cells_.endOdometry();
+  map_.endOdometry();
+  drain(progress);
+  return progress;
+}
+
+std::vector<OdometrySample> Pipeline::feedOdometry(const OdometrySample& sample) {
   const SampleVerdict verdict = pose_cells_.addOdometry(sample);
   local_view_.addOdometry(sample);
   map_.addOdometry(sample);
+  std::vector<OdometrySample> taken = takeDecided();
+  if (verdict != SampleVerdict::kHeld && isTaken(sample, verdict)) taken.push_back(sample);
+  return taken;
+}
+
+std::vector<OdometrySample> Pipeline::takeDecided() {
+  std::vector<OdometrySample> taken;
+  for (const DecidedSample& held : pose_cells_.takeDecided()) {
+    if (isTaken(held.sample, held.verdict)) taken.push_back(held.sample);
+  }
+  map_.takeDecided();
+  return taken;
+}
+
+bool Pipeline::isTaken(const OdometrySample& sample, SampleVerdict verdict) {
   const std::string why = whyDropped(verdict, sample);
   const bool dropped = !why.empty();
   if (dropped && ++dropped_odometry_ == 1) first_drop_ = why;
@@ -108,7 +132,14 @@ bool Pipeline::feedOdometry(const OdometrySample& sample) {
   return !dropped;
 }
 
+std::string Pipeline::firstDrop() const {
+  const std::optional<Stamp> left_behind = pose_cells_.firstLeftBehind();
+  if (!first_drop_.empty() || !left_behind) return first_drop_;
+  return "its stamp " + stampText(*left_behind) + " is older than one that came before";
+}
+
 void Pipeline::interrupt() {
+  dropped_odometry_ += pose_cells_.odometryLeftBehind();
   local_view_.interrupt();
   pose_cells_.interrupt();
   map_.interrupt();
@@ -158,6 +189,9 @@ void Pipeline::drain(Progress& progress) {
   {
     const Stopwatch watch(times_.pose_cells);
     progress.decisions = pose_cells_.drain();
+    for (OdometrySample& sample : takeDecided()) {
+      if (!odometry_) progress.odometry.push_back(std::move(sample));
+    }
   }
   const Stopwatch watch(times_.experience_map);
   for (const PoseCellDecision& decision : progress.decisions) map_.addDecision(decision.action);

@@ -8,7 +8,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 4;
+constexpr std::uint32_t kStateVersion = 5;
 
 }  // namespace
 
@@ -21,6 +21,7 @@ EventVerdict PoseCellStage::addView(const ViewEvent& view) {
 
 std::vector<PoseCellDecision> PoseCellStage::drain(Passing which) {
   std::vector<PoseCellDecision> decisions;
+  if (which == Passing::kAll) gate_.acceptHeld();
   gate_.pass(which, [&](const ViewEvent& view) {
     decisions.push_back(process(view));
     return true;

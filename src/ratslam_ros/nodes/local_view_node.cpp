@@ -20,11 +20,13 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
                   const SampleVerdict verdict = stage_.addOdometry(sample);
+                  std::vector<DecidedSample> verdicts = stage_.decided();
+                  verdicts.push_back({sample, verdict});
                   const std::vector<ViewObservation> seen = stage_.drain();
                   // If only the images' clock was set back, odometry that continues must not prevent the timeout.
                   if (!seen.empty() || !stage_.waitsForOdometryToGoBack()) odometry_timeout_.messageArrived();
                   publish(seen);
-                  return verdict;
+                  return verdicts;
                 }),
       odometry_timeout_(params_.sync_timeout),
       images_(handle, parameters, cameraHandler(),

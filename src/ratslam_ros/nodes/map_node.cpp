@@ -21,14 +21,14 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
                   const SampleVerdict verdict = stage_.addOdometry(sample);
-                  if (verdict == SampleVerdict::kAccepted || verdict == SampleVerdict::kTimeWentBack) {
-                    odometry_frame_.add(sample);
-                  }
+                  std::vector<DecidedSample> verdicts = stage_.takeDecided();
+                  verdicts.push_back({sample, verdict});
+                  for (const DecidedSample& decided : verdicts) followFrame(decided);
                   drain(Passing::kReached);
                   if (stage_.map().currentExperience()) {
                     publisher_.followOdometry(stage_.latestPose(), odometry_frame_);
                   }
-                  return verdict;
+                  return verdicts;
                 }),
       decisions_watch_(handle.resolveName(topicName(params_.topic_root, "PoseCell/TopologicalAction")),
                        "ratslam_ros/TopologicalAction"),
@@ -101,11 +101,18 @@ void MapNode::onDecision(const Message& message) {
 void MapNode::drain(Passing which) {
   publisher_.setOdometryFrame(params_.odomFrame(odometry_.frame()));
   const std::vector<Stamp> processed = stage_.drain(which);
+  for (const DecidedSample& decided : stage_.takeDecided()) followFrame(decided);
   reports_.report(stage_);
   if (which == Passing::kReached && !processed.empty()) silence_.messageArrived();
   publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
   publisher_.publishMapIfDue(stage_.map());
   goals_.report(stage_.map(), publisher_);
+}
+
+void MapNode::followFrame(const DecidedSample& decided) {
+  if (decided.verdict == SampleVerdict::kAccepted || decided.verdict == SampleVerdict::kTimeWentBack) {
+    odometry_frame_.add(decided.sample);
+  }
 }
 
 void MapNode::watch() {

@@ -24,13 +24,15 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
                   offset_.second(sample.stamp);
                   ++samples_;
                   const SampleVerdict verdict = stage_.addOdometry(sample);
+                  std::vector<DecidedSample> verdicts = stage_.takeDecided();
+                  verdicts.push_back({sample, verdict});
                   const std::vector<PoseCellDecision> decisions = stage_.drain();
                   // If only the views' clock was set back, odometry that continues must not prevent the timeout.
                   if (!decisions.empty() || !stage_.waitsForOdometryToGoBack()) {
                     odometry_timeout_.messageArrived();
                   }
                   publish(decisions);
-                  return verdict;
+                  return verdicts;
                 }),
       views_watch_(handle.resolveName(topicName(params_.topic_root, "LocalView/Template")),
                    "ratslam_ros/ViewTemplate"),

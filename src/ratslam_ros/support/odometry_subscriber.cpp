@@ -62,11 +62,18 @@ void OdometrySubscriber::handOn(const OdometrySample& sample) {
       absurd_.report(watch_.topic() + ": covariances that cannot be used count as not said: " + absurdity);
     }
   }
-  const SampleVerdict verdict = handler_(sample);
+  for (const DecidedSample& decided : handler_(sample)) report(decided);
+}
+
+void OdometrySubscriber::report(const DecidedSample& decided) {
   const std::string dropped = watch_.topic() + ": odometry dropped";
-  const std::string why = whyDropped(verdict, sample);
-  switch (verdict) {
+  const std::string why = whyDropped(decided.verdict, decided.sample);
+  switch (decided.verdict) {
     case SampleVerdict::kAccepted:
+    case SampleVerdict::kHeld:
+      break;
+    case SampleVerdict::kAhead:
+      ahead_.report(dropped + ", " + why);
       break;
     case SampleVerdict::kImpossible:
       impossible_.report(dropped + ": " + why);

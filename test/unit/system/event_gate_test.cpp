@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 namespace {
 
@@ -12,6 +14,11 @@ constexpr Stamp kTenth = kSecond / 10;
 
 struct Event {
   Stamp stamp = 0;
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    fields("stamp", stamp);
+  }
 };
 
 /// An event that has passed, and the way driven since the one before it [m].
@@ -193,6 +200,84 @@ TEST(EventGate, ASecondPublisherWhoseStampsLieBackChangesNothing) {
     EXPECT_TRUE(passed(disturbed) == expected);
   }
   EXPECT_EQ(disturbed.beginnings(), 0U);
+}
+
+/// Events and odometry of six seconds; sample `wrong` lies ahead by so much, or is missing where `ahead` is zero.
+std::vector<Passed> eventsWithAnOutlier(int wrong, Stamp ahead, bool saved, EventGate<Event>& gate) {
+  std::vector<Passed> all;
+  for (int k = 100; k < 160; ++k) {
+    const Stamp stamp = k * kTenth;
+    if (k != wrong) gate.addOdometry(forward(stamp, 1.0 + 0.01 * k));
+    if (k == wrong && ahead != 0) gate.addOdometry(forward(stamp + ahead, 7.0));
+    if (saved) {
+      State state;
+      state.set("gate", gate);
+      gate = EventGate<Event>(false);
+      state.get("gate", gate);
+    }
+    gate.addEvent({stamp});
+    pass(gate, all);
+  }
+  gate.acceptHeld();
+  pass(gate, all);
+  return all;
+}
+
+TEST(EventGate, ASampleAheadOfTimeIsDroppedAndTheRestIsAsWithoutIt) {
+  for (const int wrong : {100, 101, 130}) {
+    EventGate<Event> clean(false);
+    const std::vector<Passed> expected = eventsWithAnOutlier(wrong, 0, false, clean);
+    ASSERT_EQ(expected.size(), 60U);
+    for (const double seconds : {1.5, 1.95, 5.0, 60.0, 1000.0}) {
+      for (const bool saved : {false, true}) {
+        EventGate<Event> gate(false);
+        const std::vector<Passed> all = eventsWithAnOutlier(wrong, stampFromSeconds(seconds), saved, gate);
+        EXPECT_TRUE(all == expected) << "sample " << wrong << ", " << seconds << " s ahead";
+        EXPECT_EQ(gate.leftBehind(), 0U);
+      }
+    }
+  }
+}
+
+TEST(EventGate, ASampleAheadOfTimeIsNamedOnceTheNextOneShowsIt) {
+  EventGate<Event> gate(false);
+  gate.addOdometry(forward(0));
+  EXPECT_EQ(gate.addOdometry(forward(kTenth)), SampleVerdict::kAccepted);
+  EXPECT_EQ(gate.addOdometry(forward(50 * kTenth)), SampleVerdict::kHeld);
+  EXPECT_EQ(gate.addOdometry(forward(2 * kTenth)), SampleVerdict::kAccepted);
+  const std::vector<DecidedSample> decided = gate.takeDecided();
+  ASSERT_EQ(decided.size(), 1U);
+  EXPECT_EQ(decided[0].verdict, SampleVerdict::kAhead);
+  EXPECT_EQ(decided[0].sample.stamp, 50 * kTenth);
+}
+
+TEST(EventGate, TimeThatDoesJumpAheadGoesOnFromThere) {
+  for (const bool event_first : {false, true}) {
+    EventGate<Event> gate(false);
+    for (int k = 0; k < 10; ++k) gate.addOdometry(forward(k * kTenth));
+    gate.addEvent({9 * kTenth});
+    ASSERT_EQ(passed(gate).size(), 1U);
+    if (event_first) gate.addEvent({24 * kTenth});
+    const SampleVerdict verdict = gate.addOdometry(forward(24 * kTenth));
+    EXPECT_EQ(verdict, event_first ? SampleVerdict::kAccepted : SampleVerdict::kHeld);
+    if (!event_first) gate.addEvent({24 * kTenth});
+    const std::vector<Passed> after = passed(gate);  // without waiting for another sample
+    ASSERT_EQ(after.size(), 1U);
+    EXPECT_NEAR(after[0].way, 1.5, 1e-9);
+  }
+}
+
+TEST(EventGate, OdometryThatAloneGoesBackIsCounted) {
+  EventGate<Event> gate(false);
+  for (int k = 100; k < 110; ++k) {
+    gate.addOdometry(forward(k * kTenth));
+    gate.addEvent({k * kTenth});
+  }
+  for (int k = 60; k < 80; ++k) gate.addOdometry(forward(k * kTenth));
+  EXPECT_EQ(gate.leftBehind(), 20U);
+  EXPECT_EQ(gate.firstLeftBehind(), 60 * kTenth);
+  gate.addOdometry(forward(110 * kTenth));
+  EXPECT_EQ(gate.leftBehind(), 20U);
 }
 
 TEST(EventGate, ALateEventIsLeftOut) {

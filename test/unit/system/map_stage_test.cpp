@@ -65,7 +65,7 @@ TEST(MapStage, ANumberBeyondAllSensePutsNoMemoryAside) {
   TopologicalAction absurd = action(kSecond, ActionKind::kCreateNode, 0, 99'999'999);
   absurd.session = {1, 0};
   stage.addDecision(absurd);
-  stage.addOdometry(sampleAt(2 * kSecond, 1.0));
+  stage.addOdometry(sampleAt(kSecond, 1.0));
   EXPECT_TRUE(stage.drain().empty());
   EXPECT_EQ(stage.takeRefusals().size(), 1U);
   EXPECT_LT(bytesOf(stage), 1'000'000U);

@@ -147,6 +147,28 @@ TEST(Pipeline, BadOdometryIsCountedAndLeavesNoTrace) {
   EXPECT_EQ(describe(dirty.map()), describe(clean.map()));
 }
 
+TEST(Pipeline, OneSampleAheadOfTimeIsDroppedAndTheMapIsAsWithoutIt) {
+  const auto run = [](double ahead, std::size_t dropped) {
+    Pipeline pipeline(params(), {});
+    for (int frame = 0; frame < kFrames; ++frame) {
+      OdometrySample sample = motion(frame, 0.1);
+      if (frame == 100 && ahead > 0.0) {
+        OdometrySample wrong = motion(frame, 0.1);
+        wrong.stamp += stampFromSeconds(ahead) - kTenth / 2;
+        pipeline.addOdometry(wrong);
+      }
+      pipeline.addOdometry(sample);
+      pipeline.addImage({frame * kTenth, view(frame)});
+    }
+    pipeline.endOdometry();
+    EXPECT_EQ(pipeline.droppedOdometry(), dropped);
+    if (dropped > 0) EXPECT_NE(pipeline.firstDrop().find("ahead"), std::string::npos) << pipeline.firstDrop();
+    return describe(pipeline.map());
+  };
+  const std::string expected = run(0.0, 0);
+  for (const double ahead : {1.5, 5.0, 1000.0}) EXPECT_EQ(run(ahead, 1), expected) << ahead;
+}
+
 TEST(Pipeline, ALoopedRecordingKeepsTheMapAndLinksNothingAcrossTheJump) {
   Pipeline pipeline(params(), {});
   for (int lap = 0; lap < 2; ++lap) {
