@@ -60,7 +60,9 @@ class Images {
         if (!std::holds_alternative<DecodedImage>(*item)) continue;
         const auto& image = std::get<DecodedImage>(*item);
         if (image.image.empty()) throw std::runtime_error(image.name + ": " + image.error);
-        return image.image;
+        cv::Mat pixels = image.image;
+        if (pixels.type() == CV_16UC3) image.image.convertTo(pixels, CV_8U, 255.0 / 65535.0);
+        return pixels;
       }
       return std::nullopt;
     }

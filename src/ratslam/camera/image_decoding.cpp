@@ -84,16 +84,15 @@ cv::Mat withBytesSwapped(const cv::Mat& image) {
   return swapped;
 }
 
-/// Converts an image to one of the three types for the models. Colours get 8 bits.
+/// Converts an image to one of the four types of decoded images.
 cv::Mat modelImage(cv::Mat image) {
   if (image.channels() == 2) {
     cv::extractChannel(image.clone(), image, 0);
   } else if (image.channels() == 4) {
     cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   }
-  if (image.depth() == CV_16U && image.channels() == 3) image.convertTo(image, CV_8U, 255.0 / 65535.0);
   const int type = image.type();
-  if (type != CV_8UC1 && type != CV_8UC3 && type != CV_16UC1) {
+  if (type != CV_8UC1 && type != CV_8UC3 && type != CV_16UC1 && type != CV_16UC3) {
     throw BadImage("pixels of type " + cv::typeToString(type) +
                    ": grey or colours of 8 or 16 bits are taken");
   }

@@ -42,10 +42,10 @@ std::string secondsText(double seconds) {
   return text;
 }
 
-/// Bits of the sensor that the largest value needs: 8, 10, 12, 14 or 16; 0 for a black image.
+/// Bits of the sensor that the largest value of any colour needs: 8, 10, 12, 14 or 16; 0 for a black image.
 int bitsOf(const cv::Mat& image) {
   double largest = 0.0;
-  cv::minMaxLoc(image, nullptr, &largest);
+  cv::minMaxLoc(image.reshape(1), nullptr, &largest);
   if (largest == 0.0) return 0;
   int bits = 8;
   while (bits < 16 && largest >= static_cast<double>(1 << bits)) bits += 2;
@@ -202,7 +202,7 @@ bool ImageStage::sizeIsUsable(const DecodedImage& image) {
 }
 
 cv::Mat ImageStage::withAllBits(const DecodedImage& image) {
-  if (image.image.type() != CV_16UC1) return image.image;
+  if (image.image.depth() != CV_16U) return image.image;
   const int needed = bitsOf(image.image);
   if (needed > bits_) {
     bits_ = needed;
@@ -211,9 +211,14 @@ cv::Mat ImageStage::withAllBits(const DecodedImage& image) {
                                      " bits: they are scaled up (image_bits=16 leaves them as they are)");
     }
   }
-  if (bits_ == 0 || bits_ >= 16) return image.image;
+  const double scale = bits_ == 0 ? 1.0 : static_cast<double>(1 << (16 - bits_));
   cv::Mat scaled;
-  image.image.convertTo(scaled, CV_16U, static_cast<double>(1 << (16 - bits_)));
+  if (image.image.channels() > 1) {
+    image.image.convertTo(scaled, CV_8U, scale * 255.0 / 65535.0);  // the models take colours of 8 bits
+    return scaled;
+  }
+  if (scale == 1.0) return image.image;
+  image.image.convertTo(scaled, CV_16U, scale);
   return scaled;
 }
 

@@ -90,7 +90,7 @@ TEST(RawDecoding, NamesWithoutAMeaningAreThoseOfTheirPixels) {
       cv::norm(decodeRaw(raw("8UC3", 2, 1, 6, data)), decodeRaw(raw("bgr8", 2, 1, 6, data)), cv::NORM_INF),
       0.0);
   EXPECT_EQ(decodeRaw(raw("16UC1", 3, 1, 6, data)).type(), CV_16UC1);
-  EXPECT_EQ(decodeRaw(raw("rgb16", 1, 1, 6, data)).type(), CV_8UC3);
+  EXPECT_EQ(decodeRaw(raw("rgb16", 1, 1, 6, data)).type(), CV_16UC3);
 }
 
 TEST(CompressedDecoding, OnlyJpegAndPngReachADecoder) {
@@ -158,7 +158,7 @@ TEST(CompressedDecoding, PixelsComeOutAsModelsTakeThem) {
   cv::Mat deep;
   gradient(CV_8UC3).convertTo(deep, CV_16U, 257.0);
   png = encoded(".png", deep);
-  EXPECT_EQ(cv::norm(decodeCompressed(png.data(), png.size()), gradient(CV_8UC3), cv::NORM_INF), 0.0);
+  EXPECT_EQ(cv::norm(decodeCompressed(png.data(), png.size()), deep, cv::NORM_INF), 0.0);
   cv::Mat deep_grey;
   gradient().convertTo(deep_grey, CV_16U, 257.0);
   png = encoded(".png", deep_grey);

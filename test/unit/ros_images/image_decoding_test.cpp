@@ -69,7 +69,7 @@ TEST(RawImage, BayerMosaicBecomesColour) {
   for (const char* encoding : {"bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8", "bayer_rggb16"}) {
     const unsigned bytes = std::string(encoding) == "bayer_rggb16" ? 2 : 1;
     const cv::Mat image = decodeImage(sensor_msgs::ImageConstPtr(paddedImage(encoding, bytes, 6)));
-    EXPECT_EQ(image.type(), CV_8UC3) << encoding;
+    EXPECT_EQ(image.type(), bytes == 2 ? CV_16UC3 : CV_8UC3) << encoding;
     EXPECT_EQ(image.size(), cv::Size(4, 4)) << encoding;
   }
 }

@@ -185,6 +185,32 @@ TEST_F(ImageStageTest, FewSignificantBitsAreScaledUpAndSaid) {
   EXPECT_EQ(cv::norm(next(twelve)->image, twelve, cv::NORM_INF), 0.0);
 }
 
+TEST_F(ImageStageTest, ColoursOfFewSignificantBitsAreScaledUpBeforeTheyGetEightBits) {
+  cv::Mat grey = picture(0);
+  grey.at<std::uint8_t>(0, 0) = 255;
+  cv::Mat eight;
+  cv::merge(std::vector<cv::Mat>{grey / 4, grey, grey / 2}, eight);
+  for (const int bits : {8, 10, 12, 14, 16}) {
+    cv::Mat deep;
+    eight.convertTo(deep, CV_16U, static_cast<double>(1 << (bits - 8)));
+    told_.clear();
+    restartWith(ImageStageParams{});
+    const auto frame = next(deep);
+    ASSERT_TRUE(frame);
+    ASSERT_EQ(frame->image.type(), CV_8UC3);
+    EXPECT_LE(cv::norm(frame->image, eight, cv::NORM_INF), 1.0) << bits << " bits";
+    ASSERT_EQ(told_.size(), bits < 16 ? 1U : 0U);
+    if (bits == 16) continue;
+    EXPECT_NE(told_[0].find("use " + std::to_string(bits) + " bits"), std::string::npos) << told_[0];
+  }
+  ImageStageParams fixed;
+  fixed.image_bits = 12;
+  restartWith(fixed);
+  cv::Mat dark;
+  eight.convertTo(dark, CV_16U, 1.0);
+  EXPECT_LE(cv::norm(next(dark)->image, eight / 16, cv::NORM_INF), 1.0);
+}
+
 TEST_F(ImageStageTest, KnowsTheLastImageAgainAfterItWasSaved) {
   for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1}) {
     cv::Mat image;
