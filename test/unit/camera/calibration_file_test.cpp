@@ -37,6 +37,38 @@ TEST(CalibrationFile, GivesTheCameraAndItsDistortionWhereThereIsOne) {
             1280);
 }
 
+CameraModel withCentre(int width, int height, double cx, double cy) {
+  CameraModel camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = 0.7 * width;
+  camera.cx = cx;
+  camera.cy = cy;
+  return camera;
+}
+
+TEST(CalibrationFile, OneForImagesOfAnotherSizeIsDoubted) {
+  for (const double factor : {0.4, 0.5, 0.667, 0.72, 0.75, 0.8, 1.25, 1.333, 1.5, 1.66, 2.0, 3.0}) {
+    for (const auto& [x, y] : {std::pair(0.5, 0.5), std::pair(0.489, 0.493), std::pair(0.51, 0.53)}) {
+      const CameraModel scaled =
+          withCentre(static_cast<int>(640 * factor), static_cast<int>(480 * factor), 640 * x, 480 * y);
+      const std::string doubt = scaled.doubt().value_or("");
+      EXPECT_NE(doubt.find("images of another size"), std::string::npos) << factor << ' ' << x << ' ' << y;
+    }
+  }
+  EXPECT_NE(withCentre(480, 360, 320, 240).doubt().value_or("").find("of about 640x480?"), std::string::npos);
+}
+
+TEST(CalibrationFile, RealPrincipalPointsAreNotDoubted) {
+  for (const CameraModel& real :
+       {withCentre(1241, 376, 607.19, 185.22), withCentre(752, 480, 367.215, 248.375),
+        withCentre(640, 480, 318.6, 255.3), withCentre(1600, 900, 816.3, 491.5),
+        withCentre(1920, 1280, 935.2, 635.1), withCentre(640, 480, 640 * 0.58, 480 * 0.58),
+        withCentre(640, 480, 640 * 0.43, 480 * 0.43)}) {
+    EXPECT_FALSE(real.doubt().has_value()) << real.cx << ' ' << real.cy << ": " << *real.doubt();
+  }
+}
+
 TEST(CalibrationFile, CoefficientsThatNoLensHasAreDoubted) {
   for (const char* real :
        {"k1: -0.2\nk2: 0.05\n", "k1: -0.37\nk2: 0.2\np1: 0.001\nk3: -0.07\n", "k1: 0.3\n"}) {
