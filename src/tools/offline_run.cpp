@@ -334,11 +334,10 @@ void OfflineRun::sayWhatOdometryLacks() const {
   const std::vector<StampedPose>& poses = pipeline_->map().onlineTrajectory();
   const auto at_start = [&poses](const StampedPose& pose) {
     const MapPose& first = poses.front().pose;
-    return pose.pose.x == first.x && pose.pose.y == first.y && pose.pose.z == first.z &&
-           pose.pose.yaw == first.yaw;
+    return pose.pose.x == first.x && pose.pose.y == first.y && pose.pose.z == first.z;
   };
   if (poses.size() > 1 && std::all_of(poses.begin(), poses.end(), at_start)) {
-    say("the odometry never moves: all " + std::to_string(poses.size()) + " poses are the same");
+    say("the odometry never moves: all " + std::to_string(poses.size()) + " poses lie at one place");
   }
   const auto count = [](std::size_t number, const char* of_what) { return std::to_string(number) + of_what; };
   if (pipeline_->absurdCovariances() > 0) {
@@ -346,6 +345,7 @@ void OfflineRun::sayWhatOdometryLacks() const {
               " covariances of the odometry cannot be used, the defaults apply: ") +
         pipeline_->firstAbsurdity());
   }
+  for (const std::string& doubt : pipeline_->odometryDoubts()) say("odometry: " + doubt);
   if (pipeline_->droppedOdometry() > 0) {
     say(count(pipeline_->droppedOdometry(), " samples of odometry dropped") +
         (pipeline_->firstDrop().empty() ? "" : ", the first since " + pipeline_->firstDrop()));

@@ -92,6 +92,8 @@ struct OdometrySample {
   /// The motion was predicted, not measured, because tracking was lost or the image showed nothing.
   bool bridged = false;
   std::optional<OdometryCorrection> correction;
+  /// To the left [m/s]. It is not used and not saved: only a warning depends on it (odometry_doubts.h).
+  double sideways = 0.0;
 
   template <class Fields>
   void stateFields(Fields&& fields) {

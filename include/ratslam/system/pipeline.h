@@ -16,6 +16,7 @@
 
 #include "ratslam/camera/camera_params.h"
 #include "ratslam/common/parameter_map.h"
+#include "ratslam/odometry/odometry_doubts.h"
 #include "ratslam/odometry/registry.h"
 #include "ratslam/odometry/source.h"
 #include "ratslam/system/image_stage.h"
@@ -106,6 +107,8 @@ class Pipeline {
   /// Number of samples with an unusable covariance, and what is wrong with the first of them.
   std::size_t absurdCovariances() const { return absurd_covariances_; }
   const std::string& firstAbsurdity() const { return first_absurdity_; }
+  /// What makes odometry from outside doubtful (odometry_doubts.h).
+  const std::vector<std::string>& odometryDoubts() const { return odometry_doubts_; }
   /// Number of unmeasured stretches of odometry.
   std::size_t unmeasuredStretches() const { return pose_cells_.odometry().unmeasured(); }
 
@@ -146,6 +149,8 @@ class Pipeline {
   std::size_t late_views_ = 0;
   std::size_t absurd_covariances_ = 0;
   std::string first_absurdity_;
+  OdometryDoubts doubts_;
+  std::vector<std::string> odometry_doubts_;
 };
 
 }  // namespace ratslam

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "ratslam/odometry/odometry_doubts.h"
 #include "ratslam/system/event_gate.h"
 #include "ratslam_ros/OdometryQuality.h"
 #include "ratslam_ros/support/counted_warning.h"
@@ -56,6 +57,7 @@ class OdometrySubscriber {
   QualityPairing pairing_;
   std::optional<std::uint32_t> epoch_;  ///< of the sample before
   SyncTimeout silence_;
+  OdometryDoubts doubts_;
   CountedWarning started_anew_;
   CountedWarning without_quality_;
   CountedWarning impossible_;

@@ -153,6 +153,7 @@ std::vector<StampedMotion> readWay(const Columns& columns, std::size_t column) {
 struct SampleColumns {
   explicit SampleColumns(const Columns& columns)
       : required(columns.find({"stamp", "linear_x", "angular_z"})),
+        sideways(columns.find({"linear_y"})),
         pose(columns.find(kPoseColumns)),
         covariance(columns.find(covarianceColumns("cov_"))),
         quality(columns.find(kQualityColumns)),
@@ -166,6 +167,7 @@ struct SampleColumns {
     sample.stamp = columns.stamp(required[0]);
     sample.speed = columns.number(required[1]);
     sample.yaw_rate = columns.number(required[2]);
+    if (!sideways.empty() && columns.said(sideways[0])) sample.sideways = columns.number(sideways[0]);
     if (!pose.empty()) sample.pose = readPose(columns, pose);
     if (!covariance.empty() && columns.said(covariance[0])) {
       sample.covariance = readCovariance(columns, covariance);
@@ -197,6 +199,7 @@ struct SampleColumns {
   }
 
   std::vector<std::size_t> required;
+  std::vector<std::size_t> sideways;  ///< only in files of others
   std::vector<std::size_t> pose;
   std::vector<std::size_t> covariance;
   std::vector<std::size_t> quality;

@@ -90,6 +90,9 @@ void Pipeline::observe(const ImageFrame& frame, Progress& progress) {
 Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
   Progress progress;
   progress.odometry = feedOdometry(sample);
+  for (const OdometrySample& taken : progress.odometry) {
+    for (std::string& doubt : doubts_.add(taken)) odometry_doubts_.push_back(std::move(doubt));
+  }
   drain(progress);
   return progress;
 }

@@ -79,6 +79,7 @@ OdometrySample odometryFromMessage(const nav_msgs::Odometry& message) {
   sample.stamp = stampFromRos(message.header.stamp);
   sample.speed = message.twist.twist.linear.x;
   sample.yaw_rate = message.twist.twist.angular.z;
+  sample.sideways = message.twist.twist.linear.y;
   sample.pose = poseFromMessage(message.pose.pose);
   const TwistCovariance covariance = TwistCovariance::Map(message.twist.covariance.data());
   if (!(covariance.array() == 0.0).all()) sample.covariance = covariance;

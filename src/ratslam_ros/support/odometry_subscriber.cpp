@@ -62,6 +62,8 @@ void OdometrySubscriber::handOn(const OdometrySample& sample) {
       absurd_.report(watch_.topic() + ": covariances that cannot be used count as not said: " + absurdity);
     }
   }
+  for (const std::string& doubt : doubts_.add(sample))
+    ROS_WARN("%s: %s", watch_.topic().c_str(), doubt.c_str());
   for (const DecidedSample& decided : handler_(sample)) report(decided);
 }
 
