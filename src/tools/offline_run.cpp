@@ -302,6 +302,7 @@ void OfflineRun::finish(double decoding_seconds) {
   std::map<std::string, double> counts;
   images_.counts().visit(
       [&counts](const std::string& name, std::size_t number) { counts[name] = static_cast<double>(number); });
+  span_.end(pipeline_->waitingImages(), pipeline_->waitingViews(), pipeline_->unreachedViews());
   counts["images_outside_odometry"] = static_cast<double>(span_.viewsOutside());
   log_->finish(*pipeline_, params_, counts, decoding_seconds, &snapshots_, cells_ ? &*cells_ : nullptr);
   if (video_) video_->finish();

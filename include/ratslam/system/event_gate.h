@@ -10,7 +10,8 @@
 /// A single sample whose stamp lies ahead of time must not end the stream. So a sample that is the first, or that jumps
 /// ahead by more than time_reset, is held until another one decides: if the next goes on from it, or an event reaches its
 /// stamp, then time did jump. If the next is back near the old time (of a first sample: the next two), the held one
-/// is dropped.
+/// is dropped. A single event ahead of time is dropped while it waits, if the next event is back near the old time and
+/// the odometry goes on there.
 #pragma once
 
 #include <deque>
@@ -41,8 +42,9 @@ struct DecidedSample {
 template <class Event>
 class EventGate {
  public:
-  explicit EventGate(bool use_pose, const OdometryStreamParams& params = {})
-      : params_(params), odometry_(use_pose, params) {}
+  /// @param drops_ahead  whether an event ahead of time may be dropped
+  explicit EventGate(bool use_pose, const OdometryStreamParams& params = {}, bool drops_ahead = true)
+      : params_(params), drops_ahead_(drops_ahead), odometry_(use_pose, params) {}
 
   /// Adds a sample. kTimeWentBack: the sample opens a new time, which begins once the events have gone back, too.
   /// kHeld: a later call decides, and takeDecided() then gives the sample.
@@ -121,6 +123,18 @@ class EventGate {
   /// Whether the events have gone back in time and the odometry has not yet.
   bool waitsForOdometryToGoBack() const { return held_until_.has_value(); }
   std::optional<Stamp> lastEvent() const { return last_event_; }
+  /// Stamps of the events that wait.
+  std::vector<Stamp> waitingStamps() const {
+    std::vector<Stamp> stamps;
+    for (const auto* events : {&events_, &later_}) {
+      for (const Event& event : *events) stamps.push_back(event.stamp);
+    }
+    return stamps;
+  }
+  /// Number of events that were dropped because they lay ahead of time.
+  std::uint64_t aheadEvents() const { return ahead_events_; }
+  /// Number of events that were dropped because both streams went back in time before the odometry reached them.
+  std::uint64_t unreachedEvents() const { return unreached_events_; }
   /// A stamp that separates the events: those that have passed are not later, all others are later.
   Stamp latestPassed() const { return events_.empty() ? last_event_.value_or(0) : events_.front().stamp - 1; }
 
@@ -139,6 +153,9 @@ class EventGate {
     fields("events", events_);
     fields("later", later_);
     fields("newest_taken", newest_taken_);
+    fields("taken_before", taken_before_);
+    fields("ahead_events", ahead_events_);
+    fields("unreached_events", unreached_events_);
     fields("last_event", last_event_);
     fields("held_until", held_until_);
     fields("earlier", earlier_);
@@ -161,8 +178,10 @@ class EventGate {
       return SampleVerdict::kAccepted;
     }
     const SampleVerdict verdict = odometry_.push(sample);
-    if (verdict == SampleVerdict::kAccepted)
+    if (verdict == SampleVerdict::kAccepted) {
       forgetEarlier();  // the old time continues, so these were another source's
+      takeLater();
+    }
     if (verdict != SampleVerdict::kTimeWentBack) return verdict;
     if (held_until_) {
       startAnew({sample});
@@ -232,12 +251,22 @@ class EventGate {
       const Event next = later_.front();
       const bool back = newest_taken_ && next.stamp < *newest_taken_;
       if (back && held_ && !earlier_.empty()) endOldTime();
+      if (back && newestIsAhead(next.stamp)) {
+        events_.pop_back();
+        ++ahead_events_;
+        newest_taken_ = taken_before_;
+        taken_before_.reset();
+        continue;
+      }
       // If the odometry's old time is over as well, it will never reach the remaining events.
       const bool will_pass = !events_.empty() && (earlier_.empty() || nextIsReached());
       if (back && will_pass) return;
       later_.pop_front();
-      newest_taken_ = next.stamp;
-      if (back) events_.clear();
+      taken_before_ = std::exchange(newest_taken_, next.stamp);
+      if (back) {
+        unreached_events_ += events_.size();
+        events_.clear();
+      }
       events_.push_back(next);
       if (!back) continue;
       if (!earlier_.empty()) {
@@ -246,6 +275,17 @@ class EventGate {
         held_until_ = odometry_.lastStamp();
       }
     }
+  }
+
+  /// Whether the newest of the waiting events was wrong by its stamp, as the next event and the odometry show.
+  bool newestIsAhead(Stamp next) const {
+    const std::optional<Stamp> last = odometry_.lastStamp();
+    if (!drops_ahead_ || !last || events_.empty() || *last >= *newest_taken_) return false;
+    const double back = secondsBetween(next, *newest_taken_);
+    if (back < params_.time_reset) return false;
+    if (!taken_before_) return true;
+    return secondsBetween(*taken_before_, *newest_taken_) > params_.time_reset && next > *taken_before_ &&
+           secondsBetween(*taken_before_, next)<back&& * last> * taken_before_;
   }
 
   void keepForTheNewTime(const OdometrySample& sample) {
@@ -284,10 +324,14 @@ class EventGate {
   }
 
   OdometryStreamParams params_;
+  bool drops_ahead_;
   OdometryTimeline odometry_;
   std::deque<Event> events_;
   std::deque<Event> later_;  ///< events of a new time, while events of the old time wait for the odometry
   std::optional<Stamp> newest_taken_;
+  std::optional<Stamp> taken_before_;  ///< stamp of the event taken before the newest one
+  std::uint64_t ahead_events_ = 0;
+  std::uint64_t unreached_events_ = 0;
   std::optional<Stamp> last_event_;
   /// The odometry's last stamp, if the events went back in time first.
   std::optional<Stamp> held_until_;

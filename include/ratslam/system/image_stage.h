@@ -6,7 +6,7 @@
 ///   - An image of another size than those before is left out. But once more images in a row have the new size
 ///     than had the old one, the stream begins anew (so one odd image at the start costs two).
 ///   - A stamp that steps back by less than time_reset is late: the image is left out. If it steps back by
-///     more, time begins anew. A repeated stamp, or a stamp of zero among others, is left out.
+///     more, time begins anew, unless it is the image before that had jumped ahead alone. A repeated stamp, or a stamp of zero among others, is left out.
 ///   - An image with exactly the pixels of the one before is handed on as frozen, one without texture as blank.
 ///   - 16-bit images that use fewer bits (12-bit sensors) are scaled up to 16. Colours are then converted to 8 bits.
 /// The result depends only on the images so far.
@@ -60,8 +60,9 @@ enum class ImageEvent : std::uint8_t {
   kFrozen,
   kBlank,
   kFewBits,
+  kAhead,
 };
-constexpr std::size_t kImageEvents = 10;
+constexpr std::size_t kImageEvents = 11;
 
 /// Numbers of images that came, that were used, and of each fault.
 struct ImageCounts {
@@ -99,6 +100,7 @@ class ImageStage {
 
  private:
   void tell(ImageEvent event, const std::string& text);
+  bool lastIsAhead(Stamp next) const;
   bool stampIsUsable(const DecodedImage& image);
   bool sizeIsUsable(const DecodedImage& image);
   cv::Mat withAllBits(const DecodedImage& image);
@@ -108,6 +110,7 @@ class ImageStage {
   Tell tell_;
   ImageCounts counts_;
   std::optional<Stamp> last_stamp_;
+  std::optional<Stamp> stamp_before_;  ///< of the image before the last
   bool handed_on_ = false;        ///< the last image was; not saved, as this and the next are of one image
   bool refused_ = false;          ///< by a model, the last image was
   cv::Size size_;                 ///< of the images handed on, empty before the first

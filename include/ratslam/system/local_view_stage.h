@@ -65,6 +65,10 @@ class LocalViewStage {
   std::vector<ViewObservation> drain(Passing which = Passing::kReached);
 
   std::size_t waitingImages() const { return gate_.size(); }
+  std::vector<Stamp> waitingStamps() const { return gate_.waitingStamps(); }
+  /// Numbers of images that were dropped: ahead of time, and never reached by the odometry.
+  std::uint64_t aheadImages() const { return gate_.aheadEvents(); }
+  std::uint64_t unreachedImages() const { return gate_.unreachedEvents(); }
   /// Whether the images have gone back in time and the odometry has not yet.
   bool waitsForOdometryToGoBack() const { return gate_.waitsForOdometryToGoBack(); }
   const LocalViewCells& cells() const { return cells_; }

@@ -15,9 +15,15 @@ class OdometrySpan {
   void addView(Stamp stamp) { views_.push_back(stamp); }
   void addOdometry(Stamp stamp);
 
-  /// Number of views before the first sample of odometry or after the last.
-  std::size_t viewsOutside() const;
-  /// "812 of 900 images lie outside the odometry's time: it is 3600.2 s behind"; none if all lie inside
+  /// To be called at the end. @param images, views  those that still wait for odometry: images without a view event, and
+  /// view events, which addView has had. @param dropped  number of those that were dropped, as it never reached them
+  void end(const std::vector<Stamp>& images, const std::vector<Stamp>& views, std::size_t dropped);
+
+  /// Number of views before the first sample of odometry or after the last, and of those inside that never reached the
+  /// map.
+  std::size_t viewsOutside() const { return outside() + left_inside_; }
+  /// "812 of 900 images lie outside the odometry's time: it is 3600.2 s behind", "45 of 60 images were never mapped:
+  /// ..."; none if all lie inside and were mapped
   std::optional<std::string> complaint() const;
 
   /// For common/state.h.
@@ -29,9 +35,14 @@ class OdometrySpan {
   }
 
  private:
+  bool isOutside(Stamp view) const { return !first_ || view < *first_ || view > *last_; }
+  std::size_t outside() const;
+  std::optional<std::string> complaintOfOutside() const;
+
   std::vector<Stamp> views_;
   std::optional<Stamp> first_;
   std::optional<Stamp> last_;
+  std::size_t left_inside_ = 0;  ///< not saved: after the end nothing is added
 };
 
 }  // namespace ratslam

@@ -102,8 +102,15 @@ class Pipeline {
   /// sample was dropped before the loaded state was saved.
   std::size_t droppedOdometry() const { return dropped_odometry_ + pose_cells_.odometryLeftBehind(); }
   std::string firstDrop() const;
-  /// Number of views with a stamp a little before that of the view before.
-  std::size_t lateViews() const { return late_views_; }
+  /// Number of views with a stamp a little before that of the view before, or ahead of time.
+  std::size_t lateViews() const { return late_views_ + local_view_.aheadImages() + pose_cells_.aheadViews(); }
+  /// The images that wait for odometry: stamps of those without a view event, and of view events.
+  std::vector<Stamp> waitingImages() const { return local_view_.waitingStamps(); }
+  std::vector<Stamp> waitingViews() const { return pose_cells_.waitingStamps(); }
+  /// Number of images that were dropped, because both streams went back in time before the odometry reached them.
+  std::size_t unreachedViews() const {
+    return unreached_views_ + local_view_.unreachedImages() + pose_cells_.unreachedViews();
+  }
   /// Number of samples with an unusable covariance, and what is wrong with the first of them.
   std::size_t absurdCovariances() const { return absurd_covariances_; }
   const std::string& firstAbsurdity() const { return first_absurdity_; }
@@ -138,6 +145,7 @@ class Pipeline {
   std::vector<OdometrySample> takeDecided();
   bool isTaken(const OdometrySample& sample, SampleVerdict verdict);
   void drain(Progress& progress);
+  void loadCounts(const State& counts);
 
   std::unique_ptr<OdometrySource> odometry_;
   LocalViewStage local_view_;
@@ -147,6 +155,7 @@ class Pipeline {
   std::size_t dropped_odometry_ = 0;
   std::string first_drop_;
   std::size_t late_views_ = 0;
+  std::size_t unreached_views_ = 0;
   std::size_t absurd_covariances_ = 0;
   std::string first_absurdity_;
   OdometryDoubts doubts_;

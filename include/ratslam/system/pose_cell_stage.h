@@ -42,6 +42,10 @@ class PoseCellStage {
   std::vector<PoseCellDecision> drain(Passing which = Passing::kReached);
 
   std::size_t waitingViews() const { return gate_.size(); }
+  std::vector<Stamp> waitingStamps() const { return gate_.waitingStamps(); }
+  /// Numbers of views that were dropped: ahead of time, and never reached by the odometry.
+  std::uint64_t aheadViews() const { return gate_.aheadEvents(); }
+  std::uint64_t unreachedViews() const { return gate_.unreachedEvents(); }
   /// Whether the views have gone back in time and the odometry has not yet.
   bool waitsForOdometryToGoBack() const { return gate_.waitsForOdometryToGoBack(); }
   /// Time by which the odometry lags behind the waiting view [s]; none if no view waits.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "ratslam/camera/equal_pixels.h"
 #include "ratslam/common/state.h"
@@ -30,6 +31,7 @@ constexpr std::array<EventNames, kImageEvents> kNames{{
     {"frozen_images", "frozen"},
     {"blank_images", "without texture"},
     {"changes_of_bit_depth", "with which the number of bits was found"},
+    {"ahead_images", "ahead of time"},
 }};
 
 std::string text(const cv::Size& size) {
@@ -95,7 +97,7 @@ std::optional<ImageFrame> ImageStage::add(const DecodedImage& image) {
   frame.quality = qualityOf(image, frame.image);
   begins_anew_ = false;
   last_ = frame.image;
-  last_stamp_ = image.stamp;
+  stamp_before_ = std::exchange(last_stamp_, image.stamp);
   ++used_of_size_;
   ++counts_.used;
   handed_on_ = true;
@@ -119,6 +121,7 @@ void ImageStage::save(State& state) const {
   for (const std::size_t count : counts_.events) counts.push_back(number(count));
   state.set("counts", counts);
   state.set("last_stamp", last_stamp_);
+  state.set("stamp_before", stamp_before_);
   state.set("size", std::array<int, 2>{size_.width, size_.height});
   state.set("used_of_size", number(used_of_size_));
   state.set("other_size", std::array<int, 2>{other_size_.width, other_size_.height});
@@ -141,11 +144,18 @@ void ImageStage::load(const State& state) {
   size_ = {size[0], size[1]};
   other_size_ = {other_size[0], other_size[1]};
   state.get("last_stamp", last_stamp_);
+  state.get("stamp_before", stamp_before_);
   used_of_size_ = state.get<std::uint64_t>("used_of_size");
   others_in_a_row_ = state.get<std::uint64_t>("others_in_a_row");
   state.get("begins_anew", begins_anew_);
   state.get("bits", bits_);
   last_ = getImage(state.child("last"));
+}
+
+/// Whether the last image had jumped ahead alone: the next one is back near those before it.
+bool ImageStage::lastIsAhead(Stamp next) const {
+  return stamp_before_ && secondsBetween(*stamp_before_, *last_stamp_) > params_.time_reset &&
+         next > *stamp_before_ && secondsBetween(*stamp_before_, next) < secondsBetween(next, *last_stamp_);
 }
 
 bool ImageStage::stampIsUsable(const DecodedImage& image) {
@@ -174,9 +184,16 @@ bool ImageStage::stampIsUsable(const DecodedImage& image) {
   }
   // Only a used image sets the clock, and sizeIsUsable may still leave this one out.
   if (!sizeIsUsable(image)) return false;
+  // In either case an odometry from the images has measured a wrong step, and starts anew.
+  begins_anew_ = true;
+  if (lastIsAhead(image.stamp)) {
+    last_stamp_ = stamp_before_;
+    tell(ImageEvent::kAhead, image.name + ": the stamp of the image before it lies ahead of time, by " +
+                                 secondsText(back) + " more than this one's");
+    return true;
+  }
   tell(ImageEvent::kBeginsAnew,
        image.name + ": time went back by " + secondsText(back) + ": a new beginning");
-  begins_anew_ = true;
   return true;
 }
 

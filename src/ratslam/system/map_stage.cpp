@@ -26,7 +26,7 @@ MapStage::MapStage(const ExperienceMapParams& params, GeometrySource geometry,
       geometry_source_(geometry),
       use_height_(params.exp_height),
       stream_(stream),
-      gate_(params.exp_height, stream) {}
+      gate_(params.exp_height, stream, false) {}
 
 bool MapStage::addDecision(const TopologicalAction& action) {
   EventVerdict verdict = gate_.addEvent(action);
@@ -87,7 +87,7 @@ std::vector<std::string> MapStage::takeRefusals() {
 }
 
 void MapStage::interrupt() {
-  gate_ = EventGate<TopologicalAction>(use_height_, stream_);
+  gate_ = EventGate<TopologicalAction>(use_height_, stream_, false);  // no decision may be lost
   beginnings_ = 0;
   geometry_.clear();
   newest_geometry_.reset();

@@ -22,14 +22,32 @@ void OdometrySpan::addOdometry(Stamp stamp) {
   last_ = last_ ? std::max(*last_, stamp) : stamp;
 }
 
-std::size_t OdometrySpan::viewsOutside() const {
-  if (!first_) return views_.size();
-  return static_cast<std::size_t>(std::count_if(
-      views_.begin(), views_.end(), [this](Stamp view) { return view < *first_ || view > *last_; }));
+void OdometrySpan::end(const std::vector<Stamp>& images, const std::vector<Stamp>& views,
+                       std::size_t dropped) {
+  views_.insert(views_.end(), images.begin(), images.end());
+  left_inside_ = dropped;
+  for (const auto* left : {&images, &views}) {
+    for (const Stamp stamp : *left) left_inside_ += isOutside(stamp) ? 0U : 1U;
+  }
+}
+
+std::size_t OdometrySpan::outside() const {
+  return static_cast<std::size_t>(
+      std::count_if(views_.begin(), views_.end(), [this](Stamp view) { return isOutside(view); }));
 }
 
 std::optional<std::string> OdometrySpan::complaint() const {
-  const std::size_t outside = viewsOutside();
+  std::optional<std::string> complaint = complaintOfOutside();
+  if (left_inside_ == 0) return complaint;
+  return (complaint ? *complaint + "; " : "") + std::to_string(left_inside_) + " of " +
+         std::to_string(views_.size()) +
+         " images were never mapped: their time went back and that of the odometry did not, or went back "
+         "before "
+         "the odometry had reached them";
+}
+
+std::optional<std::string> OdometrySpan::complaintOfOutside() const {
+  const std::size_t outside = this->outside();
   if (outside == 0) return std::nullopt;
   const std::string many = std::to_string(outside) + " of " + std::to_string(views_.size()) +
                            " images lie outside the odometry's time: ";

@@ -143,6 +143,8 @@ std::string Pipeline::firstDrop() const {
 
 void Pipeline::interrupt() {
   dropped_odometry_ += pose_cells_.odometryLeftBehind();
+  late_views_ = lateViews();
+  unreached_views_ = unreachedViews();
   local_view_.interrupt();
   pose_cells_.interrupt();
   map_.interrupt();
@@ -162,6 +164,7 @@ void Pipeline::save(State& state) const {
   State& counts = state.child("pipeline");
   counts.set("dropped_odometry", static_cast<std::uint64_t>(dropped_odometry_));
   counts.set("late_views", static_cast<std::uint64_t>(late_views_));
+  counts.set("unreached_views", static_cast<std::uint64_t>(unreached_views_));
   counts.set("absurd_covariances", static_cast<std::uint64_t>(absurd_covariances_));
   counts.set("first_absurdity", first_absurdity_);
 }
@@ -171,11 +174,14 @@ void Pipeline::load(const State& state, bool go_on) {
   pose_cells_.load(state.child("pose_cells"));
   map_.load(state.child("experience_map"));
   if (odometry_ && go_on) odometry_->load(state.child("odometry"));
+  if (state.hasChild("pipeline")) loadCounts(state.child("pipeline"));  // nodes keep their own counts
   if (!go_on) interrupt();
-  if (!state.hasChild("pipeline")) return;  // a map of the nodes, which keep their own counts
-  const State& counts = state.child("pipeline");
+}
+
+void Pipeline::loadCounts(const State& counts) {
   dropped_odometry_ = counts.get<std::uint64_t>("dropped_odometry");
   late_views_ = counts.get<std::uint64_t>("late_views");
+  unreached_views_ = counts.get<std::uint64_t>("unreached_views");
   absurd_covariances_ = counts.get<std::uint64_t>("absurd_covariances");
   counts.get("first_absurdity", first_absurdity_);
 }

@@ -117,6 +117,13 @@ TEST_F(DatasetTest, OdometryThatNothingDrivesIsRefusedByLineAndValue) {
   EXPECT_NE(refused("1,1,-1e9").find("odometry.csv:3: the yaw rate -1e+09 rad/s"), std::string::npos);
 }
 
+TEST_F(DatasetTest, OdometryFileMayStateTheSpeedToTheSide) {
+  write("odometry.csv", "stamp,linear_x,linear_y,angular_z\n1,0.5,-0.25,0\n2,0.5,,0\n");
+  const auto read = readOdometryCsv(path("odometry.csv"));
+  EXPECT_EQ(read.at(0).sideways, -0.25);
+  EXPECT_EQ(read.at(1).sideways, 0.0);
+}
+
 TEST_F(DatasetTest, OdometryFileIsLaidIntoTheImagesByStamp) {
   writeImages(3);
   write("times.txt", "0\n1\n2\n");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "ratslam/common/state.h"
@@ -278,6 +279,55 @@ TEST(EventGate, OdometryThatAloneGoesBackIsCounted) {
   EXPECT_EQ(gate.firstLeftBehind(), 60 * kTenth);
   gate.addOdometry(forward(110 * kTenth));
   EXPECT_EQ(gate.leftBehind(), 20U);
+}
+
+/// Events and odometry of six seconds, the odometry `lead` samples before the events; event `wrong` lies ahead by so much,
+/// or is missing where `ahead` is zero.
+std::vector<Passed> eventsOfWhichOneIsAhead(int wrong, Stamp ahead, int lead, EventGate<Event>& gate) {
+  std::vector<Passed> all;
+  for (int k = 100 - std::max(lead, 0); k < 160 + std::abs(lead); ++k) {
+    const int sample = k + std::max(lead, 0);
+    const int event = k + std::min(lead, 0);
+    if (sample < 160) gate.addOdometry(forward(sample * kTenth));
+    pass(gate, all);
+    if (event >= 100 && event < 160 && event != wrong) gate.addEvent({event * kTenth});
+    if (event == wrong && ahead != 0) gate.addEvent({event * kTenth + ahead});
+    pass(gate, all);
+  }
+  return all;
+}
+
+TEST(EventGate, AnEventAheadOfTimeIsDroppedAndTheRestIsAsWithoutIt) {
+  for (const int wrong : {100, 101, 130}) {
+    EventGate<Event> clean(false);
+    const std::vector<Passed> expected = eventsOfWhichOneIsAhead(wrong, 0, 0, clean);
+    ASSERT_EQ(expected.size(), 59U);
+    for (const double seconds : {1.5, 5.0, 1000.0}) {
+      for (const int lead : {0, 3, -3}) {
+        if (wrong == 100 && lead < 0) continue;  // a first event may pass before the odometry tells
+        EventGate<Event> gate(false);
+        const auto all = eventsOfWhichOneIsAhead(wrong, stampFromSeconds(seconds), lead, gate);
+        EXPECT_TRUE(all == expected) << "event " << wrong << ", " << seconds << " s ahead, lead " << lead
+                                     << ": " << all.size();
+        EXPECT_EQ(gate.aheadEvents(), 1U);
+      }
+    }
+  }
+}
+
+TEST(EventGate, NoEventIsDroppedWhereOdometryAndEventsJumpAheadTogether) {
+  for (const bool odometry_first : {true, false}) {
+    EventGate<Event> gate(false);
+    std::vector<Passed> all;
+    for (const int k : {100, 101, 102, 150, 103, 104, 105}) {  // odometry measured from the events' images
+      if (odometry_first) gate.addOdometry(forward(k * kTenth));
+      gate.addEvent({k * kTenth});
+      if (!odometry_first) gate.addOdometry(forward(k * kTenth));
+      pass(gate, all);
+    }
+    EXPECT_EQ(all.size(), 7U);
+    EXPECT_EQ(gate.aheadEvents(), 0U);
+  }
 }
 
 TEST(EventGate, ALateEventIsLeftOut) {

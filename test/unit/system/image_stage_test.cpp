@@ -103,6 +103,24 @@ TEST_F(ImageStageTest, FurtherBackTimeBeginsAnew) {
   EXPECT_NE(told_.at(0).find("time went back by 1 s"), std::string::npos) << told_.at(0);
 }
 
+TEST_F(ImageStageTest, AnImageAheadOfTimeIsNoNewBeginning) {
+  ASSERT_TRUE(add(100 * kTenth, picture(0)));
+  ASSERT_TRUE(add(101 * kTenth, picture(1)));
+  ASSERT_TRUE(add(152 * kTenth, picture(2)));  // cannot be known yet
+  State state;
+  stage_.save(state);
+  restartWith({});
+  stage_.load(state);
+  ASSERT_TRUE(add(103 * kTenth, picture(3)));
+  EXPECT_EQ(count(ImageEvent::kAhead), 1U);
+  EXPECT_EQ(count(ImageEvent::kBeginsAnew), 0U);
+  EXPECT_NE(told_.at(0).find("the image before it lies ahead of time, by 4.9 s"), std::string::npos)
+      << told_.at(0);
+  ASSERT_TRUE(add(104 * kTenth, picture(4)));
+  ASSERT_TRUE(add(80 * kTenth, picture(5)));
+  EXPECT_EQ(count(ImageEvent::kBeginsAnew), 1U) << "it lies before all of them";
+}
+
 TEST_F(ImageStageTest, RepeatedAndMissingStampsAreSaid) {
   ASSERT_TRUE(add(0, picture(0)));  // a recording may begin at zero
   EXPECT_FALSE(add(0, picture(1)));

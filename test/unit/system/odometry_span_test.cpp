@@ -32,6 +32,17 @@ TEST(OdometrySpanTest, OdometryThatIsShorterIsSaidSo) {
       "them");
 }
 
+TEST(OdometrySpanTest, ImagesInsideThatNeverReachedTheMapAreCounted) {
+  OdometrySpan half = span(10.0, 20.0, 9.9, 14.95);
+  half.end({stampFromSeconds(14.0), stampFromSeconds(21.0)}, {stampFromSeconds(12.0), stampFromSeconds(19.0)},
+           3);
+  EXPECT_EQ(half.viewsOutside(), 56U);
+  OdometrySpan whole = span(10.0, 20.0, 9.9, 20.0);
+  whole.end({}, {stampFromSeconds(12.0)}, 0);
+  EXPECT_EQ(whole.viewsOutside(), 1U);
+  EXPECT_EQ(whole.complaint()->find("1 of 100 images were never mapped: their time went back"), 0U);
+}
+
 TEST(OdometrySpanTest, NoOdometryAtAll) {
   OdometrySpan span;
   span.addView(5);
