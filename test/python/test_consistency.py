@@ -1,5 +1,7 @@
 """evaluate_nees: does a run know how wrong it is?"""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -133,3 +135,17 @@ def test_what_is_missing_is_named(tmp_path, drive):
     (run / "pose_covariance.csv").unlink()
     with pytest.raises(InputError, match="pose_covariance.csv: no such file"):
         evaluate_nees.main(command)
+
+
+def test_a_run_in_a_loaded_map_is_judged_by_its_own_stretch(drive, tmp_path, capsys):
+    known = drive(STEPS)
+    write_tum(tmp_path / "truth.tum", known)
+    run = write_run(tmp_path / "run", known, said=0.1)  # the first day's, which was too sure
+    own = write_run(tmp_path / "own", known)
+    for name in ("odometry", "pose_covariance"):
+        (own / f"{name}.csv").rename(run / f"{name}_2.csv")
+    evaluate_nees.main([str(run), "--truth", str(tmp_path / "truth.tum"), "--save_results", str(tmp_path / "n.json")])
+    told = capsys.readouterr().out
+    assert f"evaluated: the last stretch of 2 ({run / 'odometry_2.csv'}, {run / 'pose_covariance_2.csv'})" in told
+    found = json.loads((tmp_path / "n.json").read_text())["results"]
+    assert found["map"]["mean"] < 5 and found["odometry"]["mean"] < 8

@@ -8,6 +8,7 @@ from ratslam_tools.errors import InputError
 from ratslam_tools.evaluation import consistency, write_json
 from ratslam_tools.runs import run_folder
 from ratslam_tools.table import format_table
+from ratslam_tools.trajectory import later_files
 
 
 def main(argv=None) -> None:
@@ -30,7 +31,10 @@ def main(argv=None) -> None:
     poses = os.path.join(arguments.run, "pose_covariance.csv")
     if not os.path.isfile(poses):
         raise InputError(f"{poses}: no such file; a run with exp_solver=graph leaves it")
-    motions = odometry_file.read_motions(os.path.join(arguments.run, "odometry.csv"))
+    odometry = os.path.join(arguments.run, "odometry.csv")
+    stretches = [[path, *later_files(path)] for path in (odometry, poses)]
+    odometry, poses = (files[-1] for files in stretches)  # the truth belongs to the recording of this run
+    motions = odometry_file.read_motions(odometry)
     results = {
         "odometry": consistency.summary(consistency.motion_nees(motions, known), 6),
         "map": consistency.summary(consistency.pose_nees(run_folder.read_columns(poses), known), 4),
@@ -49,5 +53,8 @@ def main(argv=None) -> None:
             + [f"{found[key]:.1f} %" for key in ("percent_in_band", "percent_below", "percent_above", "percent_to_95")]
         )
     print(format_table(rows))
+    count = max(map(len, stretches))
+    if count > 1:
+        print(f"evaluated: the last stretch of {count} ({odometry}, {poses})")
     if arguments.save_results:
         write_json(arguments.save_results, {"metric": "nees", "run": arguments.run, "results": results})

@@ -90,12 +90,17 @@ def main(argv=None) -> None:
     if aligned.results:
         print("APE, aligned (rotation, translation, scale)")
         print(format_table(run_figures.error_rows(aligned)))
+        if len(aligned.run.final.stretches) > 1:
+            print(run_figures.stretch_words(aligned.run))
     if arguments.save_results:
+        final = aligned.run.final
+        own = aligned.run.own_stretches(final)
         evaluation.write_json(
             arguments.save_results,
             {
                 "metric": "ape",
                 "reference": arguments.truth,
+                "stretches": {"evaluated": [number + 1 for number in own], "of": len(final.stretches)},
                 "results": [result.record() for result in aligned.results],
             },
         )

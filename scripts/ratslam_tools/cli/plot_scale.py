@@ -7,6 +7,7 @@ import numpy as np
 
 from ratslam_tools import evaluation, plotting
 from ratslam_tools.datasets import truth
+from ratslam_tools.datasets.sources import tell_later_files
 from ratslam_tools.evaluation import comparison
 from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 from ratslam_tools.errors import InputError
@@ -110,6 +111,8 @@ def main(argv=None) -> None:
         label: (read_trajectory(os.path.join(folder, name)), colour)
         for label, (folder, name, colour) in sources.items()
     }
+    for folder, name, _ in sources.values():
+        tell_later_files(os.path.join(folder, name))
     figure, means = scale_figure(truth.read_truth(arguments.truth, arguments.times), estimates)
     plotting.finish(plotting.load(), figure, arguments.out, dpi=100)
     for label, mean in means.items():

@@ -1,10 +1,11 @@
 """Sources of trajectories for the evaluation commands: files, or topics of a bag."""
 
 import os
+import sys
 from typing import List, Optional
 
 from ratslam_tools.errors import InputError
-from ratslam_tools.trajectory import Trajectory, read_trajectory
+from ratslam_tools.trajectory import Trajectory, later_files, read_trajectory
 
 
 def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str]) -> Trajectory:
@@ -20,9 +21,20 @@ def read_estimates(paths: List[str], form: str, times: Optional[str], bag: Optio
     trajectories = [
         read_topic(bag, path) if bag is not None else read_trajectory(path, form, times) for path in paths
     ]
+    for path in paths if bag is None else ():
+        tell_later_files(path, paths)
     for trajectory, label in zip(trajectories, labels(paths)):
         trajectory.name = label
     return trajectories
+
+
+def tell_later_files(path: str, read=()) -> None:
+    """Prints a note if a run's trajectory goes on in further files that are not among those read."""
+    if not os.path.splitext(path)[0].endswith(("_final", "_online", "_odometry")):
+        return  # a file of another name is not known to be a run's
+    missing = [later for later in later_files(path) if later not in read]
+    if missing:
+        print(f"note: {path}: only this stretch is evaluated; the trajectory goes on in {', '.join(missing)}", file=sys.stderr)
 
 
 def labels(paths: List[str]) -> List[str]:

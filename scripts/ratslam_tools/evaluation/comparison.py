@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Optional
 
+import numpy as np
+
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import Trajectory, association, frames
 
@@ -46,8 +48,10 @@ class Comparison:
 
     @property
     def coverage(self) -> float:
-        """Share of the reference's poses that were matched, in [0, 1]."""
-        return len(self.reference) / self.reference_poses
+        """Share of the reference's poses that were matched, in [0, 1]; one that several stretches match counts once."""
+        stamps = self.reference.stamps
+        matched = len(self.reference) if stamps is None else len(np.unique(stamps))
+        return matched / self.reference_poses
 
 
 def compare(

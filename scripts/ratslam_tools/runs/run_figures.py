@@ -10,6 +10,7 @@ from ratslam_tools.runs.activity_figure import draw_activity, has_activity
 from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs.run_folder import Run
+from ratslam_tools.trajectory import Trajectory
 
 ERROR_STATISTICS = ("mean", "median", "rmse", "max", "min")
 MAX_LINKS_OPAQUE = 200
@@ -18,8 +19,9 @@ MAX_LINKS_OPAQUE = 200
 class Aligned:
     """A run aligned with its truth by similarity. Without truth everything is in the map's frame.
 
-    `final`, `online`: positions (n, 3) [m]; `nodes`: of the map, by the final trajectory's alignment;
-    `results`: APE, in the order of run.trajectories, empty without truth.
+    `paths`: positions (n, 3) [m] of `final` and `online`, all stretches; `nodes`: of the map, by the final trajectory's
+    alignment; `results`: APE of the stretches of this run's recording, to which the truth belongs, in the order of
+    run.trajectories, empty without truth.
     """
 
     def __init__(self, run: Run, truth=None, t_max_diff: float = MAX_STAMP_DIFFERENCE_S):
@@ -33,13 +35,41 @@ class Aligned:
             settings = comparison.Settings(
                 align=True, correct_scale=True, t_max_diff=t_max_diff, ref_frame="base", est_frame="base"
             )
-            self.results = evaluation.evaluate_ape(truth, run.trajectories, settings)
+            own = [of_this_run(run, trajectory) for trajectory in run.trajectories]
+            self.results = evaluation.evaluate_ape(truth, own, settings)
             for trajectory, result in zip(run.trajectories, self.results):
                 self.paths[trajectory.name] = result.compared.alignment.apply(trajectory).positions
             if nodes is not None:
                 alignment = self.results[-1].compared.alignment
                 nodes = alignment.scale * nodes @ alignment.rotation.T + alignment.translation
         self.nodes = nodes
+
+
+def of_this_run(run: Run, trajectory: Trajectory) -> Trajectory:
+    """The stretches of a trajectory that are of the recording this run read."""
+    stretches = trajectory.stretches
+    own = run.own_stretches(trajectory)
+    begin = sum(len(stretch) for stretch in stretches[: own.start])
+    return trajectory.select(slice(begin, None))
+
+
+def stretch_words(run: Run) -> str:
+    """One sentence on which stretches of the final trajectory the errors are about; empty if it is one."""
+    stretches, own = run.final.stretches, run.own_stretches(run.final)
+    if len(stretches) == 1:
+        return ""
+    if own.start == 0:
+        return f"evaluated: all {len(stretches)} stretches of this run, whose time went back"
+    which = "the last stretch" if len(own) == 1 else f"the last {len(own)} stretches"
+    before = sum(len(stretch) for stretch in stretches[: own.start])
+    whose = ", this run's own" if run.summary.get("counts") else ""  # files of the nodes do not say
+    return f"evaluated: {which} of {len(stretches)}{whose}; the {before} poses before are drawn and not evaluated"
+
+
+def broken_path(trajectory: Trajectory, positions):
+    """Positions (n, 3) with a gap (NaN) between stretches, which no drive connects."""
+    lengths = [len(stretch) for stretch in trajectory.stretches[:-1]]
+    return np.insert(positions, np.cumsum(lengths, dtype=int), np.nan, axis=0)
 
 
 def draw_map(axes, aligned: Aligned) -> None:
@@ -51,7 +81,7 @@ def draw_map(axes, aligned: Aligned) -> None:
         )
     for name, colour, width in (("online", plotting.ONLINE, 1.0), ("final", plotting.FINAL, 1.6)):
         if name in aligned.paths:
-            path = aligned.paths[name]
+            path = broken_path(getattr(aligned.run, name), aligned.paths[name])
             axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=width, label=name)
     start = aligned.paths["final"][0]
     axes.plot(

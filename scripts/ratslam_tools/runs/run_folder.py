@@ -14,7 +14,7 @@ import numpy as np
 
 from ratslam_tools import text_file
 from ratslam_tools.errors import InputError, one_line, require_folder
-from ratslam_tools.trajectory import Trajectory, read_trajectory
+from ratslam_tools.trajectory import Trajectory, read_stretches
 
 EXPERIENCE_KEYS = ("id", "x", "y", "z", "yaw", "log_scale")
 LINK_KEYS = ("id", "from", "to", "distance", "heading_rad", "facing_rad", "rise", "duration_s")
@@ -112,6 +112,9 @@ NODE_FILES = {"trajectory_online.tum": "_online.tum", "trajectory_final.tum": "_
 class Run:
     """Content of a run folder. Missing parts are None (the summary: empty).
 
+    A trajectory whose time went back, as in a looped bag or where the run went on in a loaded map, has all its stretches
+    behind one another (Trajectory.stretches).
+
     For a run of the nodes the value of their parameter trajectory_file replaces the folder.
     """
 
@@ -121,9 +124,9 @@ class Run:
             require_folder(folder)
         self.folder = folder
         self.name = os.path.basename(os.path.abspath(folder))
-        self.final: Optional[Trajectory] = self._read("trajectory_final.tum", read_trajectory)
-        self.online: Optional[Trajectory] = self._read("trajectory_online.tum", read_trajectory)
-        self.odometry: Optional[Trajectory] = self._read("trajectory_odometry.tum", read_trajectory)
+        self.final: Optional[Trajectory] = self._read("trajectory_final.tum", read_stretches)
+        self.online: Optional[Trajectory] = self._read("trajectory_online.tum", read_stretches)
+        self.odometry: Optional[Trajectory] = self._read("trajectory_odometry.tum", read_stretches)
         self.map: Optional[Map] = self._read("map.yaml", read_map)
         self.templates = self._read("templates.csv", read_columns)
         self.actions = self._read("actions.csv", read_columns)
@@ -147,6 +150,16 @@ class Run:
     def trajectories(self) -> list:
         """The online (if there) and final trajectory."""
         return [trajectory for trajectory in (self.online, self.final) if trajectory is not None]
+
+    def own_stretches(self, trajectory: Trajectory) -> range:
+        """Which stretches of a trajectory, from 0, are of the recording that this run read: the last one, and those before
+        it as often as time went back within the run (summary.json counts it). Earlier ones came with a loaded map.
+        """
+        counts = self.summary.get("counts")
+        beginnings = counts.get("new_beginnings", 0) if isinstance(counts, dict) else 0
+        again = int(beginnings) if isinstance(beginnings, (int, float)) and 0 <= beginnings < 1e9 else 0
+        count = len(trajectory.stretches)
+        return range(max(0, count - 1 - again), count)
 
     @property
     def timing(self) -> Dict[str, float]:

@@ -2,6 +2,8 @@
 
 from ratslam_tools.trajectory.poses import (  # noqa: F401
     Trajectory,
+    later_files,
+    read_stretches,
     read_table,
     read_times,
     read_trajectory,

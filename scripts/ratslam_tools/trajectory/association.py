@@ -44,7 +44,8 @@ def associate(
     max_difference: float = MAX_STAMP_DIFFERENCE_S,
     offset: float = 0.0,
 ) -> Tuple[Trajectory, Trajectory]:
-    """The matched poses of both, of equal length: by stamp, or by number if neither has stamps.
+    """The matched poses of both, of equal length: by stamp, or by number if neither has stamps. Each of several
+    stretches of the estimate is matched by itself.
 
     @param offset [s] added to the estimate's stamps.
     @throws InputError when they cannot be matched, match in fewer than 3 poses, or all lie at one point; and
@@ -64,14 +65,19 @@ def associate(
                 "stamps are matched line by line and must be equally long"
             )
     else:
-        rows, other_rows = match_stamps(reference.stamps, estimate.stamps + offset, max_difference)
+        matches, begin = [], 0
+        for stretch in estimate.stretches:
+            rows, other_rows = match_stamps(reference.stamps, stretch.stamps + offset, max_difference)
+            matches.append((rows, begin + other_rows))
+            begin += len(stretch)
+        rows, other_rows = (np.concatenate(found) for found in zip(*matches))
         count = len(rows)
         if count < MIN_MATCHES:
             raise InputError(
                 f"{estimate.name}: {count} poses match {reference.name} within {max_difference:g} s; at "
                 f"least {MIN_MATCHES} "
-                f"are needed (stamps {estimate.stamps[0] + offset:.3f} to "
-                f"{estimate.stamps[-1] + offset:.3f} against "
+                f"are needed (stamps {estimate.stamps.min() + offset:.3f} to "
+                f"{estimate.stamps.max() + offset:.3f} against "
                 f"{reference.stamps[0]:.3f} to {reference.stamps[-1]:.3f})"
             )
         repeated = rows[np.isin(reference.stamps[rows], reference.stamps[1:][np.diff(reference.stamps) == 0])]

@@ -4,9 +4,11 @@ TUM line: `stamp x y z qx qy qz qw`; KITTI line: the 12 numbers of a row-major 3
 comment.
 """
 
+import itertools
+import os
 import re
 import sys
-from typing import Optional
+from typing import List, Optional
 
 import numpy as np
 
@@ -44,6 +46,16 @@ class Trajectory:
             None if self.stamps is None else self.stamps[rows],
             self.name,
         )
+
+    @property
+    def stretches(self) -> List["Trajectory"]:
+        """The parts within which stamps ascend: a new one begins where time went back, as on another day's drive whose
+        clock began anew. Most trajectories are one.
+        """
+        if self.stamps is None:
+            return [self]
+        starts = [0, *(np.flatnonzero(np.diff(self.stamps) <= 0) + 1), len(self)]
+        return [self.select(slice(start, end)) for start, end in zip(starts, starts[1:])]
 
     def transformed(self, rotation, translation, scale: float = 1.0) -> "Trajectory":
         """The same path in another world: p' = scale R p + t, R_body' = R R_body."""
@@ -191,6 +203,24 @@ def read_trajectory(
         trajectory.stamps = stamps[: len(trajectory)]
         trajectory = _in_order_of_time(trajectory, times)
     return trajectory.check(allow_repeats)
+
+
+def later_files(path: str) -> List[str]:
+    """The files in which a run's trajectory goes on where its time went back: of a.tum a_2.tum, a_3.tum ..."""
+    base, ending = os.path.splitext(path)
+    numbers = itertools.takewhile(lambda n: os.path.exists(f"{base}_{n}{ending}"), itertools.count(2))
+    return [f"{base}_{number}{ending}" for number in numbers]
+
+
+def read_stretches(path: str) -> Trajectory:
+    """All stretches of a run's trajectory behind one another (Trajectory.stretches). @throws InputError as
+    read_trajectory.
+    """
+    parts = [read_trajectory(path)]
+    if parts[0].stamps is not None:  # what has none lies in one file
+        parts += [read_trajectory(each, "tum") for each in later_files(path)]
+    names = ("positions", "rotations") if parts[0].stamps is None else ("positions", "rotations", "stamps")
+    return Trajectory(*(np.concatenate([getattr(part, name) for part in parts]) for name in names), name=path)
 
 
 def write_tum(path: str, trajectory: Trajectory) -> None:
