@@ -116,7 +116,7 @@ def test_the_images_of_a_bag_are_those_of_the_topic_that_is_named(tmp_path):
     [
         ("mono8", 1, [77], 77),
         ("8UC1", 1, [77], 77),
-        ("mono16", 2, [1, 77], 77),
+        ("mono16", 2, [1, 77], 77 * 256 + 1),
         ("rgb8", 3, [255, 0, 0], 76),
         ("bgr8", 3, [255, 0, 0], 29),
         ("rgba8", 4, [255, 0, 0, 9], 76),
@@ -129,9 +129,10 @@ def test_an_image_message_is_read_as_its_encoding_says(encoding, size, pixel, gr
     row = pixel * 6 + [0] * 3  # rows may be longer than their pixels
     message = types.SimpleNamespace(encoding=encoding, height=4, width=6, step=6 * size + 3, data=bytes(row * 4), is_bigendian=0)
     image = image_message.grey(message)
-    assert image.shape == (4, 6) and image.dtype == np.uint8 and (image == grey).all()
+    assert image.shape == (4, 6) and image.dtype == (np.uint16 if encoding == "mono16" else np.uint8)
+    assert (image == grey).all()
     message.is_bigendian = 1
-    assert (image_message.grey(message) == (1 if encoding == "mono16" else grey)).all()
+    assert (image_message.grey(message) == (256 + 77 if encoding == "mono16" else grey)).all()
     message.data = message.data[:-4]
     with pytest.raises(ValueError, match="bytes do not hold 6x4 pixels of"):
         image_message.grey(message)

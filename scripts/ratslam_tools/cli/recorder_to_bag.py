@@ -20,15 +20,16 @@ JPEG_QUALITY = 95
 SIGMA_PER_ACCURACY = 1 / 1.5096
 
 
-def rotated_jpeg(image: np.ndarray, degrees: int) -> bytes:
-    """The image turned clockwise, encoded anew."""
+def rotated_message(head, image: np.ndarray, degrees: int):
+    """sensor_msgs/CompressedImage of the image turned clockwise, encoded anew: as JPEG, or as PNG if it has 16 bits."""
     import cv2
+    from sensor_msgs.msg import CompressedImage
 
     turns = {90: cv2.ROTATE_90_CLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_COUNTERCLOCKWISE}
-    _, data = cv2.imencode(
-        ".jpg", cv2.rotate(image, turns[degrees]), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
-    )
-    return data.tobytes()
+    kind = "png" if image.dtype == np.uint16 else "jpeg"
+    options = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY] if kind == "jpeg" else []
+    _, data = cv2.imencode("." + kind, cv2.rotate(image, turns[degrees]), options)
+    return CompressedImage(header=head, format=kind, data=data.tobytes())
 
 
 def imu_message(head, sample):
@@ -85,8 +86,6 @@ def convert(
 
     @throws InputError if an image's size is not the calibration's, or none is readable.
     """
-    from sensor_msgs.msg import CompressedImage
-
     prefix = "/" + root.strip("/") + "/" if root.strip("/") else "/"
     progress = Progress(len(recording.images), "recorder_to_bag")
     others = other_messages(recording, track)
@@ -120,7 +119,7 @@ def convert(
             if rotate == 0:
                 message = bags.compressed_image(head, file)
             else:
-                message = CompressedImage(header=head, format="jpeg", data=rotated_jpeg(image, rotate))
+                message = rotated_message(head, image, rotate)
             info = bags.camera_info(head, width, height, camera.matrix, None, camera.distortion, camera.model)
             bags.write(bag, prefix + "camera/camera_info", info, stamp)
             bags.write(bag, prefix + "camera/image/compressed", message, stamp)

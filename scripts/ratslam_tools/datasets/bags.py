@@ -296,7 +296,7 @@ def camera_info(
 
 
 def raw_image(head, image: np.ndarray):
-    """sensor_msgs/Image, mono8 of an array (h, w) or bgr8 of (h, w, 3)."""
+    """sensor_msgs/Image, mono8 or mono16 of an array (h, w), or bgr8 of (h, w, 3)."""
     from sensor_msgs.msg import Image
 
     height, width = image.shape[:2]
@@ -305,10 +305,10 @@ def raw_image(head, image: np.ndarray):
         header=head,
         height=height,
         width=width,
-        encoding="mono8" if channels == 1 else "bgr8",
+        encoding="bgr8" if channels == 3 else "mono16" if image.dtype == np.uint16 else "mono8",
         is_bigendian=0,
-        step=width * channels,
-        data=np.ascontiguousarray(image).tobytes(),
+        step=width * channels * image.itemsize,
+        data=image.astype(image.dtype.newbyteorder("<")).tobytes(),
     )
 
 

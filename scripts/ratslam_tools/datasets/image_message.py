@@ -23,7 +23,7 @@ _FORMS = {
 
 
 def grey(message) -> np.ndarray:
-    """The grey image (height, width), uint8. @throws ValueError for another encoding, or data that do not fill it."""
+    """The grey image (height, width) of 8 or 16 bits. @throws ValueError for another encoding, or data that do not fill it."""
     import cv2
 
     if message.encoding not in _FORMS:
@@ -38,7 +38,7 @@ def grey(message) -> np.ndarray:
     rows = np.frombuffer(message.data, np.uint8)[: row * message.height].reshape(message.height, row)[:, :least]
     values = np.ascontiguousarray(rows).view(">u2" if message.is_bigendian and size == 2 else f"<u{size}")
     if size == 2:
-        return (values >> 8).astype(np.uint8)
+        return values.astype(np.uint16)
     if conversion is None:
         return values
     pixels = values.reshape(message.height, message.width, channels) if channels > 1 else values

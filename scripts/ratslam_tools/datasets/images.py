@@ -84,8 +84,9 @@ def _numbers(images: Sequence[str]):
 
 
 def load_image(path: str, colour: bool) -> np.ndarray:
-    """The stored pixels of an image file, grey (h, w) or BGR (h, w, 3). Orientation tags are ignored. @throws
-    InputError for a file that is no readable image.
+    """The stored pixels of an image file as ratslam_run takes them (docs/images.md): grey (h, w) of 8 or 16 bits, or BGR
+    (h, w, 3) of 8 bits. Orientation tags are ignored. @param colour whether images become BGR; those of 16 grey bits stay
+    grey. @throws InputError for a file that is no readable image.
     """
     if not os.path.isfile(path):
         raise InputError(f"{path}: not a readable image: there is no such file")
@@ -103,11 +104,27 @@ def decode(data: bytes, colour: bool) -> np.ndarray:
     import cv2
 
     require_decodable(data)
-    flags = (cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE) | cv2.IMREAD_IGNORE_ORIENTATION
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)  # ignores orientation tags
     except cv2.error:
         image = None
     if image is None:
         raise ValueError("it is corrupt")
+    if image.ndim == 3 and image.shape[2] == 4:
+        image = np.ascontiguousarray(image[:, :, :3])
+    if image.ndim == 3 and image.dtype == np.uint16:
+        image = np.rint(image / 257.0).astype(np.uint8)
+    if image.ndim == 3 and not colour:
+        return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    if image.ndim == 2 and image.dtype == np.uint8 and colour:
+        return cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     return image
+
+
+def with_eight_bits(images: Sequence[np.ndarray]) -> List[np.ndarray]:
+    """Grey images of one camera with 8 bits. Of 16-bit images the most significant bits that the brightest one uses count,
+    8, 10, 12, 14 or 16, as in ratslam_run (system/image_stage.h).
+    """
+    largest = max((int(image.max()) for image in images if image.dtype == np.uint16), default=0)
+    bits = next((bits for bits in (8, 10, 12, 14) if largest < 1 << bits), 16)
+    return [(image >> (bits - 8)).astype(np.uint8) if image.dtype == np.uint16 else image for image in images]

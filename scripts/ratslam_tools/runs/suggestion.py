@@ -44,7 +44,7 @@ def sample_images(source: str, frames: int, count: int = 60, topic: Optional[str
         if os.path.isdir(folder):
             paths = images.list_images(folder)[:frames]
             chosen = paths[:: max(1, len(paths) // count)]
-            return [images.load_image(path, colour=False) for path in chosen]
+            return images.with_eight_bits([images.load_image(path, colour=False) for path in chosen])
     raise InputError(f"{source}: neither a bag nor a folder with image_0/ or images/")
 
 
@@ -83,7 +83,7 @@ def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> Lis
                 reason = str(error).split("\n", maxsplit=1)[0]
     if not sampled:
         raise InputError(f"{path}: {named[0]}: no image can be read{': ' + reason if reason else ''}")
-    return sampled
+    return images.with_eight_bits(sampled)
 
 
 def crop(sampled: List[np.ndarray]) -> Dict[str, str]:
