@@ -3,8 +3,10 @@ folder.
 """
 
 import os
+import struct
 import subprocess
 import sys
+import zlib
 
 import numpy as np
 import pytest
@@ -30,6 +32,18 @@ def built(*names):
         if not os.path.isfile(program):
             pytest.skip(f"{program} is absent")
     return found
+
+
+def png(width, height):
+    """A black grey image as the bytes of a PNG."""
+    chunks = [
+        (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"\0" * (width + 1) * height)),
+        (b"IEND", b""),
+    ]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks
+    )
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from conftest import built
+from conftest import built, png
 from ratslam_tools.cli import donkey_to_kitti, ini_to_yaml
 from ratslam_tools.datasets import flat_yaml, kitti, odometry_file
 from ratslam_tools.trajectory import geodesy
@@ -181,7 +181,7 @@ def tub(path, angle, throttle, count=100):
     records = []
     for index in range(count):
         name = f"{index}_cam_image_array_.jpg"
-        (path / "images" / name).write_bytes(b"jpeg")
+        (path / "images" / name).write_bytes(png(160, 120))
         records.append(
             json.dumps(
                 {

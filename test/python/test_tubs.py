@@ -5,6 +5,7 @@ import os
 
 import pytest
 
+from conftest import png
 from ratslam_tools.cli import donkey_to_kitti
 from ratslam_tools.datasets import donkey, kitti
 from ratslam_tools.errors import InputError
@@ -14,7 +15,7 @@ def tub(folder, count=30, manifest=None, **changes):
     (folder / "images").mkdir(parents=True)
     lines = []
     for index in range(count):
-        (folder / "images" / f"{index}.jpg").write_bytes(b"")
+        (folder / "images" / f"{index}.jpg").write_bytes(png(160, 120))
         record = {"_index": index, "_timestamp_ms": 1000 + 50 * index, "user/angle": 0.1, "user/throttle": 0.2}
         lines.append(json.dumps({**record, "cam/image_array": f"{index}.jpg", **changes}))
     (folder / "catalog_0.catalog").write_text("\n".join(lines))
@@ -52,3 +53,54 @@ def test_a_manifest_that_is_cut_off_is_named(tmp_path):
     tub(tmp_path / "tub", 3, manifest='{"deleted_indexes": [1,')
     with pytest.raises(InputError, match="manifest.json:1: not a line of a manifest"):
         donkey.read(str(tmp_path / "tub"))
+
+
+def test_a_tub_without_an_image_leaves_nothing_that_blocks_the_next_attempt(tmp_path):
+    tub(tmp_path / "tub")
+    (tmp_path / "tub" / "images" / "12.jpg").unlink()
+    words = [str(tmp_path / "tub"), str(tmp_path / "out")]
+    with pytest.raises(InputError, match=r"12.jpg: no such file \(record 12\)"):
+        donkey_to_kitti.main(words)
+    assert not (tmp_path / "out").exists()
+    (tmp_path / "tub" / "images" / "12.jpg").write_bytes(png(160, 120))
+    donkey_to_kitti.main(words)
+    assert len(kitti.read_sequence(str(tmp_path / "out")).images) == 30
+
+
+def test_a_sequence_that_cannot_be_finished_is_removed(tmp_path, monkeypatch):
+    tub(tmp_path / "tub")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "mine.txt").write_text("kept")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(donkey_to_kitti.shutil, "copyfile", full)
+    with pytest.raises(OSError):
+        donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "out"), "--copy"])
+    assert os.listdir(tmp_path / "out") == ["mine.txt"]
+
+
+def test_the_calibration_is_of_the_images_size(tmp_path, capsys):
+    tub(tmp_path / "tub")
+    for path in (tmp_path / "tub" / "images").iterdir():
+        path.write_bytes(png(320, 240))
+    (tmp_path / "tub" / "images" / "0.jpg").write_bytes(b"cut off")
+    (tmp_path / "tub" / "images" / "7.jpg").write_bytes(png(160, 120))
+    donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "out")])
+    told = capsys.readouterr().out
+    assert "calib.txt for 320x240 pixels and a focal length of 120" in told
+    assert "note: images that are not readable, the first is" in told and "0.jpg: 1" in told
+    assert "note: images of another size than 320x240, the first is" in told and "7.jpg: 1" in told
+    assert (tmp_path / "out" / "calib.txt").read_text() == "P0: 120 0 160 0 0 120 120 0 0 0 1 0\n"
+    donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "other"), "--focal_px", "100"])
+    assert (tmp_path / "other" / "calib.txt").read_text().startswith("P0: 100 0 160")
+
+
+def test_a_tub_whose_images_are_all_unreadable_is_refused(tmp_path):
+    tub(tmp_path / "tub", 3)
+    for path in (tmp_path / "tub" / "images").iterdir():
+        path.write_bytes(b"no image")
+    with pytest.raises(InputError, match="none of its 3 images is readable.*0.jpg: .*neither JPEG nor PNG"):
+        donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "out")])
+    assert not (tmp_path / "out").exists()

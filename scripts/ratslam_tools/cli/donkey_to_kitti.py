@@ -17,9 +17,10 @@ import numpy as np
 
 from ratslam_tools import text_file
 from ratslam_tools.datasets import donkey, odometry_file
+from ratslam_tools.datasets.images import measure_image
 from ratslam_tools.errors import InputError, finite
 
-IMAGE_SIZE = (160, 120)
+FOCAL_PER_WIDTH = 60.0 / 160  # of the car's camera
 
 
 def parse_run(text: str) -> tuple:
@@ -58,8 +59,46 @@ def command_odometry(stamps, angles, throttles, arguments) -> np.ndarray:
     return np.column_stack([np.arange(len(stamps)), stamps, speed, rate])
 
 
-def convert(records: list, folder: str, out: str, arguments) -> None:
-    """Writes image_0, times.txt, calib.txt and odometry.csv."""
+def focal_length(arguments, pictures: "Pictures") -> float:
+    """The given focal length, or the usual one for images of this width [px]."""
+    return FOCAL_PER_WIDTH * pictures.size[0] if arguments.focal_px is None else arguments.focal_px
+
+
+class Pictures:
+    """The image files of records. @throws InputError if one is missing, or none is readable.
+
+    `size` is that of the first readable one; `unreadable` and `of_other_size` are those that runs will leave out.
+    """
+
+    def __init__(self, records: list, folder: str):
+        self.files = [os.path.abspath(os.path.join(folder, "images", record.image)) for record in records]
+        self.unreadable, self.of_other_size = [], []
+        self.size, reason = None, None
+        for file, record in zip(self.files, records):
+            if not os.path.isfile(file):
+                raise InputError(f"{file}: no such file (record {record.index})")
+            try:
+                size = measure_image(file)
+            except InputError as error:
+                reason = reason or error
+                self.unreadable.append(file)
+                continue
+            self.size = self.size or size
+            if size != self.size:
+                self.of_other_size.append(file)
+        if self.size is None:
+            raise InputError(f"{folder}: none of its {len(records)} images is readable; the first: {reason}")
+
+    def print_notes(self) -> None:
+        """Tells which images runs will leave out."""
+        what = "images of another size than {}x{}".format(*self.size)
+        for words, files in (("images that are not readable", self.unreadable), (what, self.of_other_size)):
+            if files:
+                print(f"note: {words}, the first is {files[0]}: {len(files)}")
+
+
+def convert(records: list, folder: str, out: str, arguments) -> Pictures:
+    """Writes image_0, times.txt, calib.txt and odometry.csv: all, or nothing."""
     stamps = np.array([record.time_ms - records[0].time_ms for record in records]) / 1e3
     if (np.diff(stamps) <= 0).any():
         raise InputError(
@@ -69,11 +108,22 @@ def convert(records: list, folder: str, out: str, arguments) -> None:
     images = os.path.join(out, "image_0")
     if os.path.isdir(images) and os.listdir(images):
         raise InputError(f"{images}: exists and is not empty")
+    pictures = Pictures(records, folder)
+    found = os.path.isdir(out)
     os.makedirs(images, exist_ok=True)
-    for frame, record in enumerate(records):
-        source = os.path.abspath(os.path.join(folder, "images", record.image))
-        if not os.path.isfile(source):
-            raise InputError(f"{source}: no such file (record {record.index})")
+    try:
+        _write(pictures, records, stamps, out, arguments)
+    except BaseException:
+        shutil.rmtree(images, ignore_errors=True)  # it was empty, and would block the next attempt
+        if not found:
+            shutil.rmtree(out, ignore_errors=True)
+        raise
+    return pictures
+
+
+def _write(pictures: Pictures, records: list, stamps, out: str, arguments) -> None:
+    images = os.path.join(out, "image_0")
+    for frame, source in enumerate(pictures.files):
         target = os.path.join(images, f"{frame:06d}{os.path.splitext(source)[1]}")
         if arguments.copy:
             shutil.copyfile(source, target)
@@ -81,7 +131,7 @@ def convert(records: list, folder: str, out: str, arguments) -> None:
             os.symlink(source, target)
     with text_file.writing(os.path.join(out, "times.txt")) as file:
         file.writelines(f"{stamp:.6f}\n" for stamp in stamps)
-    focal, (width, height) = arguments.focal_px, IMAGE_SIZE
+    (width, height), focal = pictures.size, focal_length(arguments, pictures)
     with text_file.writing(os.path.join(out, "calib.txt")) as file:
         file.write(f"P0: {focal:g} 0 {width / 2:g} 0 0 {focal:g} {height / 2:g} 0 0 0 1 0\n")
     rows = command_odometry(
@@ -141,11 +191,11 @@ def main(argv=None) -> None:
         "--speed_lag", type=finite, default=0.5, metavar="S", help="throttle to speed (default %(default)s)"
     )
     parser.add_argument(
-        "--focal_px", type=finite, default=60.0, metavar="PX", help="for calib.txt (default %(default)s)"
+        "--focal_px", type=finite, metavar="PX", help="for calib.txt (default: 60 for a width of 160, in proportion)"
     )
     arguments = parser.parse_args(argv)
     for key in ("wheelbase", "max_steering_deg", "speed_per_throttle", "focal_px"):
-        if not getattr(arguments, key) > 0:
+        if getattr(arguments, key) is not None and not getattr(arguments, key) > 0:
             raise InputError(f"--{key}: {getattr(arguments, key)} is not allowed: above 0")
     for key in ("delay", "speed_lag"):
         if not getattr(arguments, key) >= 0:
@@ -157,7 +207,12 @@ def main(argv=None) -> None:
         records = [record for record in records if first <= record.index <= last]
         if not records:
             raise InputError(f"--run: no records {arguments.run} in {arguments.folder}")
-    convert(records, arguments.folder, arguments.out, arguments)
-    print(f"{arguments.out}: {len(records)} frames, odometry.csv from the commands")
+    pictures = convert(records, arguments.folder, arguments.out, arguments)
+    focal = focal_length(arguments, pictures)
+    print(
+        f"{arguments.out}: {len(records)} frames, odometry.csv from the commands, calib.txt for "
+        f"{pictures.size[0]}x{pictures.size[1]} pixels and a focal length of {focal:g}"
+    )
+    pictures.print_notes()
     if tub.deleted:
         print(f"note: records that manifest.json says are deleted, left out: {tub.deleted}")

@@ -12,8 +12,8 @@ MAX_SIDE = 65535
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def require_decodable(data: bytes) -> None:
-    """@throws ValueError with the reason for bytes that are neither JPEG nor PNG, cut off, or of too large an image."""
+def measure(data: bytes) -> Tuple[int, int]:
+    """Width and height of a whole image. @throws ValueError with the reason for bytes that are neither JPEG nor PNG, cut off, or of too large an image."""
     try:
         if data[:3] == b"\xff\xd8\xff":
             width, height = _walk_jpeg(data)
@@ -27,6 +27,7 @@ def require_decodable(data: bytes) -> None:
         raise ValueError("it has no pixels")
     if width > MAX_SIDE or height > MAX_SIDE or width * height > MAX_PIXELS:
         raise ValueError(f"{width}x{height} pixels: at most {MAX_PIXELS} and sides of {MAX_SIDE} are taken")
+    return width, height
 
 
 def _walk_png(data: bytes) -> Tuple[int, int]:

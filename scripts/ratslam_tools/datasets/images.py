@@ -2,11 +2,11 @@
 
 import os
 import re
-from typing import List, Sequence
+from typing import List, Sequence, Tuple
 
 import numpy as np
 
-from ratslam_tools.datasets.image_header import require_decodable
+from ratslam_tools.datasets.image_header import measure
 from ratslam_tools.errors import InputError, require_folder
 
 ENDINGS = (".png", ".jpg", ".jpeg")
@@ -83,16 +83,26 @@ def _numbers(images: Sequence[str]):
     return numbers if len(before) == 1 and rising else None
 
 
+def measure_image(path: str) -> Tuple[int, int]:
+    """Width and height of an image file, which is not decoded. @throws InputError as load_image."""
+    return _read_image(path, measure)
+
+
 def load_image(path: str, colour: bool) -> np.ndarray:
     """The stored pixels of an image file as ratslam_run takes them (docs/images.md): grey (h, w) of 8 or 16 bits, or BGR
     (h, w, 3) of 8 bits. Orientation tags are ignored. @param colour whether images become BGR; those of 16 grey bits stay
     grey. @throws InputError for a file that is no readable image.
     """
+    return _read_image(path, lambda data: decode(data, colour))
+
+
+def _read_image(path: str, read):
+    """`read` of the bytes of an image file. @throws InputError"""
     if not os.path.isfile(path):
         raise InputError(f"{path}: not a readable image: there is no such file")
     try:
         with open(path, "rb") as file:
-            return decode(file.read(), colour)
+            return read(file.read())
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError as error:
@@ -103,7 +113,7 @@ def decode(data: bytes, colour: bool) -> np.ndarray:
     """The pixels of a JPEG or PNG as in load_image. @throws ValueError with the reason for other data."""
     import cv2
 
-    require_decodable(data)
+    measure(data)
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)  # ignores orientation tags
     except cv2.error:
