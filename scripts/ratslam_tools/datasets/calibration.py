@@ -2,6 +2,7 @@
 ROS's camera_calibration or OpenCV.
 """
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ DISTORTION = ("k1", "k2", "p1", "p2", "k3")
 MODELS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}
 SYNONYMS = {"fisheye": "equidistant"}
 MAX_SIZE, MAX_FOCAL = 65535, 1e6  # [px]
+VISIBLE_SKEW = 0.5  # [px] at the border of the image
+OCTAL = re.compile(r"[-+]?0[0-9]+")
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Calibration:
 def read(path: str) -> Calibration:
     """@throws InputError for a missing or unknown key, or a value that no camera can have."""
     entries = flat_yaml.load(path)
-    if isinstance(entries.get("camera_matrix"), dict):
+    if "camera_matrix" in entries:
         return _ros_form(path, entries)
     unknown = sorted(set(entries) - set(REQUIRED) - set(DISTORTION))
     missing = [key for key in REQUIRED if key not in entries]
@@ -41,6 +44,9 @@ def read(path: str) -> Calibration:
         raise InputError(
             f"{path}: {what}; the keys are {', '.join(REQUIRED + DISTORTION)}, or those of ROS's camera_calibration"
         )
+    for key, text in entries.items():
+        if isinstance(text, str) and OCTAL.fullmatch(text):
+            raise InputError(f"{path}: {key}: '{text}' begins with 0, which makes it octal for rosparam; write it without")
     values = {key: _number(path, key, text) for key, text in entries.items()}
     matrix = np.array([[values["fx"], 0, values["cx"]], [0, values["fy"], values["cy"]], [0, 0, 1]])
     return Calibration(
@@ -58,23 +64,24 @@ def _ros_form(path: str, entries: dict) -> Calibration:
     matrix = np.array(_data(path, entries, "camera_matrix"))
     if matrix.size != 9:
         raise InputError(f"{path}: camera_matrix: {matrix.size} numbers; 9 are expected")
-    named = entries.get("distortion_model", "plumb_bob")
-    name = SYNONYMS.get(str(named), str(named))
-    if name not in MODELS:
-        raise InputError(f"{path}: distortion_model: '{named}' is none of {', '.join(MODELS)}")
     has_some = "distortion_coefficients" in entries
     coefficients = _data(path, entries, "distortion_coefficients") if has_some else []
+    named = str(entries.get("distortion_model", "plumb_bob"))
+    name = SYNONYMS.get(named, named)
+    if not any(coefficients):
+        name = name if name in MODELS else "plumb_bob"  # a lens that bends nothing is the same in every model
+    elif name not in MODELS:
+        raise InputError(f"{path}: distortion_model: '{text_file.shown(named)}' is none of {', '.join(MODELS)}")
     count = MODELS[name]
     if any(coefficients[count:]):
         raise InputError(f"{path}: distortion_coefficients: {name} has {count}, here are {len(coefficients)}")
     coefficients = (coefficients + [0.0] * count)[:count]
-    return Calibration(
-        _size(path, "image_width", _number(path, "image_width", entries["image_width"])),
-        _size(path, "image_height", _number(path, "image_height", entries["image_height"])),
-        _checked(path, matrix.reshape(3, 3)),
-        tuple(coefficients),
-        name,
-    )
+    width, height = (_size(path, key, _number(path, key, entries[key])) for key in ("image_width", "image_height"))
+    (fx, skew, cx), (_, fy, cy) = matrix.reshape(3, 3)[:2]
+    matrix = _checked(path, np.array([[fx, skew, cx], [0, fy, cy], [0, 0, 1]]))
+    if abs(skew) * max(abs(cy), abs(height - cy)) / fy >= VISIBLE_SKEW:
+        raise InputError(f"{path}: camera_matrix[1] (skew): {skew:g} is not allowed: it must be 0")
+    return Calibration(width, height, matrix, tuple(coefficients), name)
 
 
 def _data(path: str, entries: dict, key: str) -> list:
@@ -88,9 +95,10 @@ def _data(path: str, entries: dict, key: str) -> list:
 
 def _number(path: str, key: str, text) -> float:
     try:
-        return text_file.finite_number(text if isinstance(text, str) else repr(text))
+        return text_file.finite_number(text if isinstance(text, str) else "")
     except ValueError:
-        raise InputError(f"{path}: {key}: '{text_file.shown(str(text))}' is not a finite number") from None
+        shown = text_file.shown(text) if isinstance(text, str) else "a list"
+        raise InputError(f"{path}: {key}: '{shown}' is not a finite number") from None
 
 
 def _size(path: str, key: str, value: float) -> int:

@@ -1,11 +1,15 @@
 """Reading of YAML configurations and calibrations. Scalars are kept as their text in the file."""
 
+import re
 from typing import Any, Dict
 
 import yaml
 
 from ratslam_tools import text_file
 from ratslam_tools.errors import InputError, one_line
+
+
+_TABS = re.compile(r"^([ ]*[A-Za-z_][A-Za-z0-9_]*:)[ \t]*\t[ \t]*", re.MULTILINE)
 
 
 class _Loader(yaml.BaseLoader):
@@ -31,6 +35,7 @@ def load(path: str) -> Dict[str, Any]:
     text = text_file.read_text(path)
     if text.startswith("%YAML:"):
         text = "#" + text.replace("!!opencv-matrix", "")
+    text = _TABS.sub(r"\1 ", text)  # ratslam_run's parser takes them
     try:
         value = yaml.load(text, _Loader)  # scalars, lists and mappings alone: nothing is constructed from tags
     except yaml.MarkedYAMLError as error:
