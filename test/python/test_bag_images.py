@@ -9,7 +9,7 @@ pytest.importorskip("rosbag")
 cv2 = pytest.importorskip("cv2")
 
 from conftest import built  # noqa: E402
-from test_bags import CALIBRATION, messages, recording, sequence  # noqa: E402,F401  (fixtures among them)
+from test_bags import CALIBRATION, messages, recording, sequence, write_image  # noqa: E402,F401  (fixtures among them)
 from ratslam_tools.cli import kitti_to_bag, recorder_to_bag  # noqa: E402
 from ratslam_tools.datasets import images  # noqa: E402
 from ratslam_tools.runs import suggestion  # noqa: E402
@@ -85,3 +85,27 @@ def test_bits_are_those_of_the_brightest_image():
     few, more = np.full((2, 2), 200, np.uint16), np.full((2, 2), 4000, np.uint16)
     assert [image.max() for image in images.with_eight_bits([few, more, few.astype(np.uint8)])] == [12, 250, 200]
     assert [image.max() for image in images.with_eight_bits([few])] == [200]
+
+
+def test_images_that_a_run_leaves_out_are_counted(sequence, tmp_path, capsys):
+    """One is corrupt and one of another size, which the camera's calibration is not of."""
+    (sequence / "image_0" / "000002.png").write_bytes((sequence / "image_0" / "000002.png").read_bytes()[:500])
+    write_image(sequence / "image_0" / "000004.png", 4, (24, 32))
+    kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag")])
+    told = capsys.readouterr().out
+    assert "k.bag: 5 images" in told and "note: images left out because they cannot be read: 1; the first: " in told
+    assert "note: images of another size than 64x48, the calibration's: 1; the first: " in told
+    assert "000002.png: not a readable image" in told and "000004.png: 32x24" in told
+    found = messages(tmp_path / "k.bag", "/kitti/camera/image")
+    assert [(image.width, image.header.seq) for image, _ in found] == [(64, 0), (64, 1), (64, 3), (32, 4), (64, 5)]
+    assert {info.width for info, _ in messages(tmp_path / "k.bag", "/kitti/camera/camera_info")} == {64}
+    assert len(messages(tmp_path / "k.bag", "/kitti/ground_truth")) == 6
+
+
+def test_times_in_milliseconds_are_named(sequence, tmp_path, capsys):
+    (sequence / "times.txt").write_text("".join(f"{100 * frame}\n" for frame in range(6)))
+    kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag")])
+    assert "times.txt: its times lie 100 s apart; are they milliseconds? They are taken as seconds" in capsys.readouterr().out
+    (sequence / "times.txt").write_text("".join(f"{frame}\n" for frame in range(6)))
+    kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag")])
+    assert "are they milliseconds" not in capsys.readouterr().out

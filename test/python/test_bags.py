@@ -181,9 +181,10 @@ def test_no_file_but_a_bag_is_replaced_by_a_bag(sequence, tmp_path):
 
 
 def test_a_broken_sequence_leaves_no_bag(sequence, tmp_path):
-    (sequence / "image_0" / "000004.png").write_bytes(b"no png")
-    with pytest.raises(InputError, match="000004.png: not a readable image"):
-        kitti_to_bag.main([str(sequence), str(tmp_path / "b.bag")])
+    with pytest.raises(InputError, match="none of its 2 images is readable; the first: .*000001.png: not a readable image"):
+        for frame in (1, 2):
+            (sequence / "image_0" / f"00000{frame}.png").write_bytes(b"no png")
+        kitti_to_bag.main([str(sequence), str(tmp_path / "b.bag"), "--start", "1", "--end", "3"])
     assert not [name for name in os.listdir(tmp_path) if ".bag" in name]
     times = (sequence / "times.txt").read_text().splitlines(True)
     (sequence / "times.txt").write_text("".join(times[:5]))

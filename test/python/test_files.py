@@ -59,7 +59,7 @@ def test_marks_ends_of_lines_and_foreign_bytes_change_nothing(name, file):
     read, content = READERS[name]
     expected = read(file(content))
     changed = [MARK + content, content.replace(b"\n", b"\r\n"), content.replace(b"\n", b"\r"), content + b"\n \n"]
-    if name not in ("ini", "GPS", "timestamps", "odometry"):
+    if name not in ("ini", "GPS", "times", "timestamps", "odometry"):
         changed.append(content + b"# M\xfcller\n")
     for text in changed:
         np.testing.assert_equal(read(file(text)), expected)
@@ -148,6 +148,8 @@ def test_each_image_gets_the_time_that_its_number_says(names, count, rows):
         (b"-1\n0\n1\n", "time 1 .* outside"),
         (b"0\nnan\n1\n", "time 2 .* outside"),
         (b"1_0\n2\n3\n", ":1: not a number"),
+        (b"# time\n0\n1\n2\n", ":1: '# time' is not a time in seconds"),
+        (b"0\n1 # a\n2\n", ":2: '1 # a' is not a time in seconds"),
     ],
 )
 def test_times_that_no_recording_has(tmp_path, content, words):
@@ -208,13 +210,16 @@ def test_calibrations_that_are_none(change, words, file):
 
 def test_odometry_of_runs_and_of_others_is_read(file):
     poses = "," + ",".join(["r11", "r12", "r13", "x", "r21", "r22", "r23", "y", "r31", "r32", "r33", "z"])
-    values = "," + ",".join(["1", "0", "0", "0"] * 3)
+    values = ",1,0,0,7,0,1,0,8,0,0,1,9"
     lines = ODOMETRY.decode().splitlines()
     with_poses = "\n".join([lines[0] + poses, *(line + values for line in lines[1:])])
     expected = odometry_file.read_odometry(file(ODOMETRY))
     np.testing.assert_array_equal(odometry_file.read_odometry(file(with_poses.encode())), expected)
     turned_round = b" angular_z , stamp,linear_x\n0, 0.0,0\n0.01,0.1,1.5\n"
     np.testing.assert_array_equal(odometry_file.read_odometry(file(turned_round)), expected)
+
+
+POSED = b"stamp,linear_x,angular_z,r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z\n"
 
 
 @pytest.mark.parametrize(
@@ -228,6 +233,11 @@ def test_odometry_of_runs_and_of_others_is_read(file):
         (ODOMETRY + b"2,0.1,1,0\n", ":4: stamps must rise"),
         (ODOMETRY + b"2,0.2,fast,0\n", ":4: linear_x: 'fast'"),
         (ODOMETRY + b"2,0.2,nan,0\n", ":4: linear_x: 'nan'"),
+        (ODOMETRY + b"2,0.2,1e9,0\n", ":4: the speed 1e\\+09 m/s is beyond what moves: at most 1e\\+06"),
+        (ODOMETRY + b"2,0.2,1,-2e6\n", ":4: the yaw rate -2e\\+06 rad/s is beyond what moves"),
+        (POSED + b"0,1,0,1,0,0,0,0,1,0,0,0,0,-1,0\n", ":2: r11 to r33 are no rotation matrix"),
+        (POSED + b"0,1,0,1,0,0,2e12,0,1,0,0,0,0,1,0\n", ":2: the position 2e\\+12 m is beyond what moves"),
+        (POSED.replace(b",y,", b",north,"), "names no column y"),
         (ODOMETRY[:31], "holds no odometry"),
     ],
 )

@@ -1,6 +1,7 @@
 """kitti_to_bag: a KITTI sequence or raw drive as a bag for the nodes."""
 
 import argparse
+import os
 from typing import List, Tuple
 
 import numpy as np
@@ -42,9 +43,11 @@ def odometry_messages(rows: np.ndarray, offset_s: float) -> List[Tuple[int, obje
     return messages
 
 
-def convert(drive: kitti.Drive, path: str, root: str, compressed: bool, colour: bool, odometry=()) -> None:
+def convert(drive: kitti.Drive, path: str, root: str, compressed: bool, colour: bool, odometry=()) -> int:
     """Writes the bag: static tf, then for each frame camera_info and image, with truth and odometry in order
-    of time.
+    of time. Returns the number of images. drive.notes tells of images that runs leave out: those that cannot be read,
+    which the bag leaves out as well, and those of another size than the first readable one, of which the calibration is.
+    @throws InputError if no image is readable.
     """
     prefix = "/" + root.strip("/") + "/" if root.strip("/") else "/"
     image_topic = prefix + "camera/image" + ("/compressed" if compressed else "")
@@ -58,6 +61,7 @@ def convert(drive: kitti.Drive, path: str, root: str, compressed: bool, colour: 
     others.sort(key=lambda item: item[0])
     progress = Progress(len(drive.images), "kitti_to_bag")
     following = 0
+    size, unreadable, of_other_size = None, [], []
     with bags.writing(path) as bag:
         bags.write(
             bag,
@@ -72,17 +76,33 @@ def convert(drive: kitti.Drive, path: str, root: str, compressed: bool, colour: 
                 _write_other(bag, prefix, *others[following])
                 following += 1
             head = bags.header(stamp, "camera", index)
-            image = load_image(file, colour)
-            info = bags.camera_info(
-                head, image.shape[1], image.shape[0], drive.projection[:, :3], drive.projection
-            )
+            progress.advance()
+            try:
+                image = load_image(file, colour)
+            except InputError as error:
+                unreadable.append(str(error))
+                continue
+            shape = image.shape[1::-1]
+            size = size or shape
+            if shape != size:
+                of_other_size.append(f"{file}: {shape[0]}x{shape[1]}")
+            info = bags.camera_info(head, *size, drive.projection[:, :3], drive.projection)
             bags.write(bag, prefix + "camera/camera_info", info, stamp)
             message = bags.compressed_image(head, file) if compressed else bags.raw_image(head, image)
             bags.write(bag, image_topic, message, stamp)
-            progress.advance()
         for item in others[following:]:
             _write_other(bag, prefix, *item)
-    progress.close()
+        progress.close()
+        if size is None:
+            folder = os.path.dirname(drive.images[0])
+            raise InputError(f"{folder}: none of its {len(drive.images)} images is readable; the first: {unreadable[0]}")
+    for what, found in (
+        ("images left out because they cannot be read", unreadable),
+        ("images of another size than {}x{}, the calibration's".format(*size), of_other_size),
+    ):
+        if found:
+            drive.notes.append(f"{what}: {len(found)}; the first: {found[0]}")
+    return len(drive.images) - len(unreadable)
 
 
 def _write_other(bag, prefix: str, stamp_ns: int, name: str, message) -> None:
@@ -148,10 +168,10 @@ def main(argv=None) -> None:
                 f"{arguments.odometry}: all of it lies outside the images' time: {odometry[0][0] / 1e9:.9g} to "
                 f"{odometry[-1][0] / 1e9:.9g} s beside {first / 1e9:.9g} to {last / 1e9:.9g} s; --odometry_offset moves it"
             )
-    convert(drive, arguments.bag, arguments.root, arguments.compressed, arguments.camera >= 2, odometry)
+    written = convert(drive, arguments.bag, arguments.root, arguments.compressed, arguments.camera >= 2, odometry)
     truth = "with" if drive.truth is not None else "without"
     print(
-        f"{arguments.bag}: {len(drive.images)} images, {truth} ground truth"
+        f"{arguments.bag}: {written} images, {truth} ground truth"
         + (f", {len(odometry)} odometry messages" if odometry else "")
     )
     for note in drive.notes:

@@ -18,6 +18,9 @@ from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.trajectory import Trajectory, frames, geodesy, geometry, read_times, read_trajectory
 
 
+SLOW_S = 10.0  # no camera that drives takes so long from image to image
+
+
 @dataclass
 class Drive:
     """One recorded drive; stamps in whole nanoseconds, truth in base convention."""
@@ -138,6 +141,9 @@ def read_sequence(folder: str, camera: int = 0) -> Drive:
         drive.notes.append(
             f"{path}: {len(times)} times for {len(images)} images: each image takes the time of the number in its name"
         )
+    apart = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    if apart >= SLOW_S and (times == np.rint(times)).all():
+        drive.notes.append(f"{path}: its times lie {apart:g} s apart; are they milliseconds? They are taken as seconds")
     path = poses_file(folder)
     if path is not None:
         truth = frames.convert(read_trajectory(path, "kitti"), "camera", "base")

@@ -8,10 +8,13 @@ import numpy as np
 
 from ratslam_tools import text_file
 from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory.poses import MAX_NUMBER, MAX_ROTATION_DEFECT
 
 COLUMNS = ["frame", "stamp", "linear_x", "angular_z"]
 NEEDED = COLUMNS[1:]
+POSE = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 MAX_STAMP_S = 2.0**32
+FASTEST = 1e6  # [m/s] and [rad/s]
 
 
 def read_odometry(path: str) -> np.ndarray:
@@ -22,11 +25,13 @@ def read_odometry(path: str) -> np.ndarray:
     """
     lines = list(text_file.read_lines(path))
     names = split(lines[0][1]) if lines else []
-    missing = [name for name in NEEDED if name not in names]
+    poses = POSE if POSE[0] in names else []
+    missing = [name for name in [*NEEDED, *poses] if name not in names]
     if missing:
         hint = "; columns are parted by commas" if set(";\t") & set(lines[0][1] if lines else "") else ""
+        pose_hint = f", and with {POSE[0]} also {', '.join(POSE[1:])}" if missing[0] in POSE else ""
         raise InputError(
-            f"{path}: its first line names no column {missing[0]}{hint}; it must name {', '.join(COLUMNS)}"
+            f"{path}: its first line names no column {missing[0]}{hint}; it must name {', '.join(COLUMNS)}{pose_hint}"
         )
     twice = next((name for name in COLUMNS if names.count(name) > 1), None)
     if twice is not None:
@@ -40,6 +45,10 @@ def read_odometry(path: str) -> np.ndarray:
                 hint = "; if decimals are written with commas, write them with points"
             raise InputError(f"{path}:{number}: {len(words)} values under {len(names)} columns{hint}")
         rows.append([_value(path, number, words, names, name, len(rows)) for name in COLUMNS])
+        pose = [_value(path, number, words, names, name, 0) for name in poses]
+        impossible = _why_impossible(*rows[-1][2:], np.array(pose).reshape(-1, 4))
+        if impossible:
+            raise InputError(f"{path}:{number}: {impossible}")
         if not 0 <= rows[-1][1] < MAX_STAMP_S:
             raise InputError(f"{path}:{number}: stamp {rows[-1][1]:g} lies outside 0 to 2^32 s; stamps are in seconds")
         if len(rows) > 1 and rows[-1][1] <= rows[-2][1]:
@@ -47,6 +56,19 @@ def read_odometry(path: str) -> np.ndarray:
     if not rows:
         raise InputError(f"{path}: holds no odometry")
     return np.array(rows)
+
+
+def _why_impossible(speed: float, rate: float, pose: np.ndarray) -> str:
+    """Why ratslam_run would refuse a line (odometry/possible.h); empty if it would not. @param pose (3, 4), or empty"""
+    values = [("the speed", speed, FASTEST, "m/s"), ("the yaw rate", rate, FASTEST, "rad/s")]
+    values += [("the position", value, MAX_NUMBER, "m") for value in pose[:, 3]]
+    for what, value, most, unit in values:
+        if abs(value) > most:
+            return f"{what} {value:g} {unit} is beyond what moves: at most {most:g}"
+    turn = pose[:, :3]
+    if len(turn) and (np.abs(turn.T @ turn - np.eye(3)).max() > MAX_ROTATION_DEFECT or np.linalg.det(turn) < 0.0):
+        return "r11 to r33 are no rotation matrix"
+    return ""
 
 
 @dataclass
@@ -65,9 +87,8 @@ def read_motions(path: str) -> Motions:
     """Poses and covariances of a run's odometry.csv. @throws InputError naming file, line and column."""
     lines = list(text_file.read_lines(path))
     names = split(lines[0][1]) if lines else []
-    pose = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1, 2, 3, 4)]
     covariance = [f"cov_{i}{j}" for i in range(1, 7) for j in range(1, 7)]
-    wanted = ["stamp", *pose, *covariance, "bridged", "correction_from"]
+    wanted = ["stamp", *POSE, *covariance, "bridged", "correction_from"]
     missing = [name for name in wanted if name not in names]
     if missing:
         raise InputError(f"{path}: its first line names no column {missing[0]}: poses and covariances are asked for")

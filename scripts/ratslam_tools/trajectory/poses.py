@@ -139,7 +139,10 @@ def _has_decimal_commas(line: str) -> bool:
 
 
 def read_times(path: str) -> np.ndarray:
-    """Stamps (n,) [s] of a KITTI times.txt."""
+    """Stamps (n,) [s] of a KITTI times.txt, which has no comments."""
+    for number, line in text_file.read_lines(path):
+        if "#" in line:
+            raise InputError(f"{path}:{number}: '{text_file.shown(line)}' is not a time in seconds")
     table = read_table(path)
     if table.shape[1] != 1:
         commas = "; write decimals with points, not commas" if table.shape[1] == 2 else ""
