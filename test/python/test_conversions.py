@@ -77,6 +77,13 @@ def test_openratslam_configuration(tmp_path, run):
     assert "exp_solver: relaxation is added" in result.stderr
 
 
+def test_blanks_around_the_name_of_a_section_change_nothing(tmp_path):
+    (tmp_path / "config.txt").write_text(STLUCIA)
+    expected = ini_to_yaml.convert(str(tmp_path / "config.txt"))
+    (tmp_path / "config.txt").write_text(STLUCIA.replace("[ratslam]", "  [ ratslam\t]"))
+    assert ini_to_yaml.convert(str(tmp_path / "config.txt")) == expected
+
+
 def test_keys_of_our_own_in_an_openratslam_configuration(tmp_path, run):
     (tmp_path / "config.txt").write_text(STLUCIA.replace("exp_loops=20", "exp_loops=20\nexp_solver=graph"))
     result = run("ini_to_yaml", tmp_path / "config.txt", tmp_path / "out.yaml", "--strict")
@@ -91,7 +98,12 @@ def test_keys_of_our_own_in_an_openratslam_configuration(tmp_path, run):
         (("vt_patch_normalisation", "vt_patch_normalise=1\nvt_patch_normalisation"), "given twice"),
         (("[visual_odometry]", "[ratslam]"), "config.txt:14: section \\[ratslam\\] is given twice"),
         ((STLUCIA, "[other]\na=1\n"), "none of the sections"),
-        ((STLUCIA, "just text\n"), "not an ini file"),
+        ((STLUCIA, "just text\n"), "config.txt:1: not a line of an ini file, which is key=value or .section.: 'just text'"),
+        (("exp_loops=20", "exp_loops=20\nexp_loops=30"), "config.txt:13: exp_loops is given twice"),
+        (("camera_fov_deg = 53\n", "camera_fo"), "config.txt:16: not a line of an ini file.*: 'camera_fo'"),
+        (("[visual_odometry]", "[visual_odo"), "config.txt:14: not a line of an ini file: '.visual_odo' lacks its ]"),
+        (("exp_loops=20", "exp_loops: 20"), "config.txt:12: not a line of an ini file"),
+        (("[general]\n", ""), "config.txt:1: 'topic_root=stlucia' stands before any section"),
     ],
 )
 def test_configurations_that_are_none(tmp_path, change, words):

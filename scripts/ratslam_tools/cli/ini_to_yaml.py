@@ -1,14 +1,13 @@
 """ini_to_yaml: an OpenRatSLAM configuration (.txt, ini form) as our flat YAML."""
 
 import argparse
-import configparser
 import json
 import os
 import re
 import subprocess
 import sys
 import tempfile
-from typing import List, Optional, Set, Tuple
+from typing import Dict, List, Optional, Set, Tuple
 
 from ratslam_tools import text_file
 from ratslam_tools.errors import InputError
@@ -52,6 +51,7 @@ SECTIONS = {"general": GENERAL, "ratslam": RATSLAM, "visual_odometry": VISUAL_OD
 TRUTH_VALUES = ("vt_panoramic",)  # all others of OpenRatSLAM's are numbers
 # The booleans of YAML 1.1, and so of rosparam and ratslam_run; each also with a capital, or in capitals.
 TRUTHS = {"true": "true", "yes": "true", "on": "true", "1": "true", "false": "false", "no": "false", "off": "false", "0": "false"}
+COMMENT = re.compile(r"[ \t][#;]")  # behind a value
 IGNORED_SECTIONS = ("draw",)
 # Values that OpenRatSLAM's configurations imply.
 REFERENCE_ARITHMETIC = {"exp_solver": "relaxation"}
@@ -111,45 +111,58 @@ def yaml_value(text: str) -> str:
     return re.sub(r"^([+-]?)0+(?=[0-9])", r"\1", text)
 
 
-def read_ini(path: str) -> configparser.ConfigParser:
-    """@throws InputError for a file that is no ini."""
-    parser = configparser.ConfigParser(interpolation=None, strict=False, inline_comment_prefixes=("#", ";"))
-    parser.optionxform = str
-    begun = set()
+def read_ini(path: str) -> Dict[str, Dict[str, Tuple[int, str]]]:
+    """Sections of an ini file, each with line number and value of its keys, as ratslam_run reads them. @throws InputError
+    naming the line that is none, or a section or key that is given twice.
+    """
+    sections: Dict[str, Dict[str, Tuple[int, str]]] = {}
+    entries: Optional[Dict[str, Tuple[int, str]]] = None
     for number, line in text_file.read_lines(path):
-        section = re.match(r"\[([^\]]*)\]", line)
-        if section and section.group(1) in begun:
-            raise InputError(f"{path}:{number}: section [{text_file.shown(section.group(1))}] is given twice")
-        begun.add(section and section.group(1))
-    try:
-        parser.read_string(text_file.read_text(path), path)
-    except configparser.Error as error:
-        raise InputError(f"{path}: not an ini file: {str(error).splitlines()[0]}") from None
-    return parser
+        if line[0] in "#;":
+            continue
+        shown = text_file.shown(line)
+        if line[0] == "[":
+            name, end, _ = line[1:].partition("]")
+            name = name.strip()
+            if not end:
+                raise InputError(f"{path}:{number}: not a line of an ini file: '{shown}' lacks its ]")
+            if name in sections:
+                raise InputError(f"{path}:{number}: section [{text_file.shown(name)}] is given twice")
+            entries = sections[name] = {}
+            continue
+        key, equals, value = (part.strip() for part in line.partition("="))
+        if not equals or not key:
+            raise InputError(f"{path}:{number}: not a line of an ini file, which is key=value or [section]: '{shown}'")
+        if entries is None:
+            raise InputError(f"{path}:{number}: '{shown}' stands before any section, such as [ratslam]")
+        if key in entries:
+            raise InputError(f"{path}:{number}: {text_file.shown(key)} is given twice")
+        entries[key] = number, COMMENT.split(value, 1)[0].strip()
+    return sections
 
 
 def convert(path: str):
     """(YAML text, remarks on ignored keys). @throws InputError naming a key whose value is of another type.
     """
-    parser = read_ini(path)
+    sections = read_ini(path)
     ours = our_keys()
     lines, remarks, seen = [], [], set()
-    for section in parser.sections():
+    for section in sections:
         if section in IGNORED_SECTIONS:
             remarks.append(f"[{section}] is left out: rviz draws")
         elif section not in SECTIONS:
-            remarks.append(f"[{section}] is unknown and left out")
+            remarks.append(f"[{text_file.shown(section)}] is unknown and left out")
     for section, known in SECTIONS.items():
-        if not parser.has_section(section):
+        if section not in sections:
             continue
         lines.append(f"# {TITLES[section]}")
-        for key, value in parser.items(section):
+        for key, (number, value) in sections[section].items():
             name = runner.parameter(key)
             if name not in known and name not in ours:
-                remarks.append(f"[{section}] {key} is unknown and left out")
+                remarks.append(f"[{section}] {text_file.shown(key)} is unknown and left out")
                 continue
             if name in seen:
-                raise InputError(f"{path}: {name} is given twice")
+                raise InputError(f"{path}:{number}: {name} is given twice")
             seen.add(name)
             if name in known and name not in GENERAL:
                 try:
@@ -158,7 +171,7 @@ def convert(path: str):
                     else:
                         text_file.finite_number(value)
                 except ValueError as error:
-                    raise InputError(f"{path}: [{section}] {key}: {error}") from None
+                    raise InputError(f"{path}:{number}: [{section}] {key}: {error}") from None
             lines.append(f"{name}: {json.dumps(value) if name in GENERAL else yaml_value(value)}")
     if not seen:
         raise InputError(

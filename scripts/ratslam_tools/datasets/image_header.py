@@ -13,7 +13,9 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def measure(data: bytes) -> Tuple[int, int]:
-    """Width and height of a whole image. @throws ValueError with the reason for bytes that are neither JPEG nor PNG, cut off, or of too large an image."""
+    """Width and height of a whole image. @throws ValueError with the reason for bytes that are neither JPEG nor PNG, cut off,
+    or of too large an image.
+    """
     try:
         if data[:3] == b"\xff\xd8\xff":
             width, height = _walk_jpeg(data)
