@@ -2,6 +2,7 @@
 
 import tempfile
 
+import genpy
 import rosbag
 import rospy
 from std_msgs.msg import String
@@ -25,17 +26,41 @@ def look_into(path, topic):
         if topic not in topics:
             raise InputError(f"{path}: no messages on {topic}; the bag has {listed(topics)}")
         kind = "sensor_msgs/CompressedImage" if topic.endswith("/compressed") else "sensor_msgs/Image"
-        if topics[topic].msg_type != kind:
+        # Type and topic info names only the type of a topic's first connection.
+        kinds = {connection.datatype for connection in bag._get_connections([topic])}  # pylint: disable=protected-access
+        if kind not in kinds:
             raise InputError(f"{path}: {topic} holds no {kind}, but {topics[topic].msg_type}; the bag has {listed(topics)}")
-        first = next(message.header.stamp for _, message, _ in bag.read_messages(topics=[topic]))
+        first = next((stamp for stamp in _stamps(bag, topic, kind) if stamp is not None), None)
+        if first is None:
+            raise InputError(f"{path}: {topic} holds no readable {kind}: its messages are damaged or of another type")
         # Reads backwards in growing steps and not the whole bag, because record times and stamps may differ.
         end, step = bag.get_end_time(), 1.0
         while True:
             start = rospy.Time.from_sec(max(0.0, end - step))
-            stamps = [message.header.stamp for _, message, _ in bag.read_messages(topics=[topic], start_time=start)]
-            if stamps:
-                return first, stamps[-1], end, topics
+            stamps = list(_stamps(bag, topic, kind, start))
+            last = next((stamp for stamp in reversed(stamps) if stamp is not None), None)
+            if last is not None:
+                break
             step *= 4.0
+    skipped = sum(stamp is None for stamp in stamps)
+    if skipped:
+        rospy.logwarn("%s: %s: the first and last image are looked for; messages that are no %s, or damaged, were skipped: %d",
+                      path, topic, kind, skipped)
+    return first, last, end, topics
+
+
+def _stamps(bag, topic, kind, start=None):
+    """Stamps of the messages of a topic from a record time on; None for one of another type than `kind`, or damaged."""
+    for _, (datatype, data, _, _, message_type), _ in bag.read_messages(topics=[topic], start_time=start, raw=True):
+        stamp = None
+        if datatype == kind:
+            message = message_type()
+            try:
+                message.deserialize(data)
+                stamp = message.header.stamp
+            except genpy.DeserializationError:
+                pass
+        yield stamp
 
 
 def tail(end, *topics):
