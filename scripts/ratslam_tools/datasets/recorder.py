@@ -27,6 +27,7 @@ FILES = {
     "imu": ("data_imu.txt", "imu_data.txt"),
     "gps": ("data_gps.txt", "gps_data.txt"),
 }
+SECONDS_DIGITS = 10  # of Unix times from 2001 on
 MAX_STAMP_NS = 2**32 * 10**9  # what a stamp of ROS can hold
 MIN_SPEED_FOR_BEARING = 1.0  # [m/s]; a phone's bearing is noise below it
 MAX_NUMBER = 1e9  # no sensor's reading is larger
@@ -34,8 +35,8 @@ MAX_NUMBER = 1e9  # no sensor's reading is larger
 
 @dataclass
 class Recording:
-    """One recording; stamps in nanoseconds since 1970, increasing. `dropped` has the number of entries left out, by
-    reason.
+    """One recording; stamps in nanoseconds since 1970, increasing. `dropped` has the number of entries left out, or
+    in doubt, by reason.
     """
 
     folder: str
@@ -122,8 +123,15 @@ def _rows(path: str, least: int, most: int, dropped: Counter, what: str) -> List
                 f"{path}:{number}: {len(words)} columns in '{text_file.shown(line)}': decimals are written with the "
                 "commas that part the columns; write them with points"
             )
+        _tell_doubt(words[0], os.path.basename(path), dropped)
         rows.append((stamp, words[1:]))
     return rows
+
+
+def _tell_doubt(digits: str, where: str, dropped: Counter) -> None:
+    """Counts a time that is in seconds if it is not in milliseconds of the first months of 1970."""
+    if len(digits) == SECONDS_DIGITS:
+        dropped[f"{where}: time of 10 digits, taken as milliseconds (of 1970); is it in seconds?"] += 1
 
 
 def _read_images(recording: Recording) -> None:
@@ -170,6 +178,7 @@ def _named_images(recording: Recording) -> List[Tuple[int, str]]:
         stem, ending = os.path.splitext(name)
         stamp = stamp_of(stem)
         if ending.lower() in ENDINGS and stamp is not None:
+            _tell_doubt(stem, "images/", recording.dropped)
             found.append((stamp, os.path.join(inside, name)))
         elif ending.lower() in ENDINGS:
             recording.dropped["image whose name is no time"] += 1
