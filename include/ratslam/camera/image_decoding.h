@@ -1,7 +1,7 @@
 /// Decoding of images from drivers, bags and folders.
 ///
-/// The result is CV_8UC1, CV_8UC3 (BGR), CV_16UC1 or CV_16UC3, in its own memory; the models take colours of 8 bits,
-/// to which ImageStage converts them, once it knows how many of the 16 bits are used. Alpha is dropped, a Bayer mosaic is converted
+/// The result is CV_8UC1, CV_8UC3 (BGR), CV_16UC1 or CV_16UC3, in its own memory. The models take colours of 8 bits, to
+/// which ImageStage converts them once it knows how many of the 16 bits are used. Alpha is dropped, a Bayer mosaic is converted
 /// to colours, of YUV the luminance is kept. Orientation tags (EXIF) are ignored in files and in messages. Sizes are
 /// checked in 64 bits before memory is allocated. Of OpenCV's decoders only those for JPEG and PNG are called.
 #pragma once

@@ -284,8 +284,10 @@ class EventGate {
     const double back = secondsBetween(next, *newest_taken_);
     if (back < params_.time_reset) return false;
     if (!taken_before_) return true;
-    return secondsBetween(*taken_before_, *newest_taken_) > params_.time_reset && next > *taken_before_ &&
-           secondsBetween(*taken_before_, next)<back&& * last> * taken_before_;
+    const bool jumped = secondsBetween(*taken_before_, *newest_taken_) > params_.time_reset;
+    const bool near_the_old_time = next > *taken_before_ && secondsBetween(*taken_before_, next) < back;
+    const bool odometry_goes_on = *last > *taken_before_;
+    return jumped && near_the_old_time && odometry_goes_on;
   }
 
   void keepForTheNewTime(const OdometrySample& sample) {

@@ -6,7 +6,8 @@
 ///   - An image of another size than those before is left out. But once more images in a row have the new size
 ///     than had the old one, the stream begins anew (so one odd image at the start costs two).
 ///   - A stamp that steps back by less than time_reset is late: the image is left out. If it steps back by
-///     more, time begins anew, unless it is the image before that had jumped ahead alone. A repeated stamp, or a stamp of zero among others, is left out.
+///     more, time begins anew, unless it is the image before that had jumped ahead alone. A repeated
+///     stamp, or a stamp of zero among others, is left out.
 ///   - An image with exactly the pixels of the one before is handed on as frozen, one without texture as blank.
 ///   - 16-bit images that use fewer bits (12-bit sensors) are scaled up to 16. Colours are then converted to 8 bits.
 /// The result depends only on the images so far.

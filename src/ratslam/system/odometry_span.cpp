@@ -41,9 +41,8 @@ std::optional<std::string> OdometrySpan::complaint() const {
   if (left_inside_ == 0) return complaint;
   return (complaint ? *complaint + "; " : "") + std::to_string(left_inside_) + " of " +
          std::to_string(views_.size()) +
-         " images were never mapped: their time went back and that of the odometry did not, or went back "
-         "before "
-         "the odometry had reached them";
+         " images were never mapped: their time went back and that of the odometry did not, or it went back "
+         "before the odometry had reached them";
 }
 
 std::optional<std::string> OdometrySpan::complaintOfOutside() const {
