@@ -61,7 +61,8 @@ MapCheckpoint loadMapFile(const std::string& path);
 /// Lock of the one program that writes to a map. The operating system releases it when that program ends in any way.
 class MapLock {
  public:
-  /// @param map a file. The lock is on FILE.lock beside it, which is removed with the lock.
+  /// @param map a file. The lock is on FILE.lock beside it, which is removed with the lock. PART.b.db has the lock of
+  /// PART.a.db, because a node writes the two in turn.
   /// @throws std::runtime_error if another program holds the lock, or the folder cannot be written
   explicit MapLock(const std::string& map);
   ~MapLock();

@@ -43,6 +43,14 @@ bool isFile(int file, const std::string& path) {
          opened.st_dev == there.st_dev;
 }
 
+/// The two checkpoints of a part, PART.a.db and PART.b.db, have one writer and one lock.
+std::string lockOf(const std::string& map) {
+  const std::string second = ".b.db";
+  const bool is_second =
+      map.size() > second.size() && map.compare(map.size() - second.size(), second.size(), second) == 0;
+  return (is_second ? map.substr(0, map.size() - second.size()) + ".a.db" : map) + ".lock";
+}
+
 /// Version of the tables of an opened file. @throws std::runtime_error if it is no map file, or newer
 int versionOf(SqliteDatabase& database) {
   if (database.number("PRAGMA application_id") != kApplicationId) database.fail("it is not a map file");
@@ -101,7 +109,7 @@ void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
   }
 }
 
-MapLock::MapLock(const std::string& map) : path_(map + ".lock") {
+MapLock::MapLock(const std::string& map) : path_(lockOf(map)) {
   // The previous holder may have removed the file after it was opened here. A lock on a removed file locks out nobody.
   do {
     if (file_ >= 0) ::close(file_);

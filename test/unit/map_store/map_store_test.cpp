@@ -128,6 +128,15 @@ TEST_F(MapStore, HasOneWriter) {
   EXPECT_NO_THROW(MapLock again(path()));
 }
 
+TEST_F(MapStore, HasOneWriterOfBothCheckpointsOfAPart) {
+  const std::string part = (folder_ / "experience_map").string();
+  const MapLock node(part + ".a.db");
+  EXPECT_NE(
+      test::messageOf([&] { MapLock tool(part + ".b.db"); }).find(part + ".b.db: another program writes"),
+      std::string::npos);
+  EXPECT_NO_THROW(MapLock tool(part + ".db"));
+}
+
 TEST_F(MapStore, HasOneWriterAlsoWhileLocksComeAndGo) {
   std::atomic<int> holders{0};
   std::atomic<bool> alone{true};
