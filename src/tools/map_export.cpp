@@ -10,6 +10,7 @@
 #include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/experience_map/experience_map.h"
 #include "ratslam/experience_map/map_file.h"
+#include "ratslam/system/map_fit.h"
 #include "ratslam/system/run_log.h"
 
 namespace ratslam {
@@ -38,16 +39,6 @@ ExperienceGraph graphOf(const MapCheckpoint& map) {
   return graph;
 }
 
-/// Largest number in a column of 32-bit numbers.
-std::uint32_t largest(const State& table, const std::string& column) {
-  std::uint32_t largest = 0;
-  if (table.rows().value_or(0) == 0) return 0;
-  for (const std::uint32_t number : table.get<std::vector<std::uint32_t>>(column)) {
-    if (number != std::numeric_limits<std::uint32_t>::max()) largest = std::max(largest, number);
-  }
-  return largest;
-}
-
 }  // namespace
 
 std::vector<MapCount> countMap(const MapCheckpoint& map) {
@@ -68,18 +59,7 @@ std::vector<MapCount> countMap(const MapCheckpoint& map) {
 }
 
 std::vector<std::string> faultsOf(const MapCheckpoint& map) {
-  std::vector<std::string> faults;
-  const auto atMost = [&faults](const State* table, const char* column, const State* of, const char* what) {
-    if (table == nullptr || of == nullptr || table->rows().value_or(0) == 0) return;
-    const std::uint32_t number = largest(*table, column);
-    if (number >= of->rows().value_or(0)) {
-      faults.push_back(table->path() + " names " + what + " " + std::to_string(number) + ", but there are " +
-                       std::to_string(of->rows().value_or(0)));
-    }
-  };
-  const State* templates = find(map.state, "local_view/templates");
-  atMost(find(map.state, "pose_cells/cells/view_input/view_links"), "view_id", templates, "template");
-  atMost(find(map.state, "pose_cells/cells/selector/selection"), "view_id", templates, "template");
+  std::vector<std::string> faults = misfitsOf(map.state);
   try {
     if (find(map.state, "experience_map") != nullptr)
       graphOf(map);  // throws if the end of a link does not exist

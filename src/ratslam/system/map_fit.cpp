@@ -1,0 +1,96 @@
+#include "ratslam/system/map_fit.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+#include "ratslam/events.h"
+
+namespace ratslam {
+namespace {
+
+const State* find(const State& state, const std::vector<const char*>& path) {
+  const State* found = &state;
+  for (const char* name : path) {
+    if (!found->hasChild(name)) return nullptr;
+    found = &found->child(name);
+  }
+  return found;
+}
+
+std::size_t rowsOf(const State* table) { return table == nullptr ? 0 : table->rows().value_or(0); }
+
+/// Names of templates that there are not.
+std::vector<std::string> unknownTemplates(const State& map) {
+  std::vector<std::string> faults;
+  const State* templates = find(map, {"local_view", "templates"});
+  if (templates == nullptr) return faults;
+  for (const State* table : {find(map, {"pose_cells", "cells", "view_input", "view_links"}),
+                             find(map, {"pose_cells", "cells", "selector", "selection"})}) {
+    if (rowsOf(table) == 0) continue;
+    std::uint32_t largest = 0;
+    for (const std::uint32_t number : table->get<std::vector<std::uint32_t>>("view_id")) {
+      if (number != std::numeric_limits<std::uint32_t>::max()) largest = std::max(largest, number);
+    }
+    if (largest < rowsOf(templates)) continue;
+    faults.push_back(table->path() + " names template " + std::to_string(largest) + ", but there are " +
+                     std::to_string(rowsOf(templates)));
+  }
+  return faults;
+}
+
+/// Numbers of experiences in the pose cells and in the map.
+struct Numbers {
+  std::size_t of_pose_cells = 0;
+  std::size_t of_map = 0;
+  std::vector<std::uint32_t> in_map;  ///< for each number of the pose cells; empty if they are the same
+  bool comparable = false;
+
+  explicit Numbers(const State& map) {
+    const State* cells = find(map, {"pose_cells", "cells", "selector", "selection"});
+    const State* part = find(map, {"experience_map"});
+    const State* graph = find(map, {"experience_map", "map", "graph", "experiences"});
+    comparable = cells != nullptr && graph != nullptr;
+    if (!comparable) return;
+    of_pose_cells = rowsOf(cells);
+    of_map = rowsOf(graph);
+    in_map = part->get<std::vector<std::uint32_t>>("experience_of");
+    counted = part->get<NumberSession>("session").id != 0;
+  }
+
+  bool counted = false;  ///< the map has counted the numbers of the pose cells itself
+  std::size_t known() const { return counted ? in_map.size() : of_map; }
+};
+
+std::string differ(std::size_t pose_cells, std::size_t map) {
+  return "pose cells and experience map do not know the same places: " + std::to_string(pose_cells) +
+         " and " + std::to_string(map);
+}
+
+}  // namespace
+
+std::string misfitOf(const State& map) {
+  const std::vector<std::string> unknown = unknownTemplates(map);
+  if (!unknown.empty()) return unknown.front();
+  const Numbers numbers(map);
+  if (!numbers.comparable || numbers.of_pose_cells == numbers.known()) return "";
+  return differ(numbers.of_pose_cells, numbers.known());
+}
+
+std::vector<std::string> misfitsOf(const State& map) {
+  std::vector<std::string> faults = unknownTemplates(map);
+  const Numbers numbers(map);
+  if (!numbers.comparable) return faults;
+  for (std::uint32_t id = 0; id < numbers.in_map.size(); ++id) {
+    if (numbers.in_map[id] == id) continue;
+    faults.push_back(
+        "the pose cells have lost their memory while this map was made: what they call experience " +
+        std::to_string(id) + " is another one in the map");
+    break;
+  }
+  if (numbers.of_pose_cells != numbers.of_map)
+    faults.push_back(differ(numbers.of_pose_cells, numbers.of_map));
+  return faults;
+}
+
+}  // namespace ratslam
