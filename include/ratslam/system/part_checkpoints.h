@@ -55,6 +55,9 @@ class PartCheckpoints {
   /// The State of this part from a map file, which may hold other parts, too.
   /// @throws std::runtime_error if it cannot be used: missing, damaged, of other parameters, without this part
   State loadFrom(const std::string& path) const;
+  /// Later checkpoints continue that map file, or with an empty path a new map: they have its sessions, and the present
+  /// one begins with the next message. @throws std::runtime_error as loadFrom does
+  void continueFrom(const std::string& path);
 
   /// While on, checkpoints are not changed.
   /// @throws std::runtime_error if it is turned off and checkpoints cannot be written

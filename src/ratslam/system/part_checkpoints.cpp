@@ -124,7 +124,7 @@ struct PartCheckpoints::Impl {
     checkpoint.stamp = stamp;
     checkpoint.parameters = settings.parameters;
     checkpoint.sessions = sessions;
-    checkpoint.sessions.push_back({version(), first.value_or(stamp), stamp});
+    if (first) checkpoint.sessions.push_back({version(), *first, stamp});
     save(checkpoint.state.child(settings.part));
     return checkpoint;
   }
@@ -228,6 +228,12 @@ State PartCheckpoints::loadFrom(const std::string& path) const {
   }
   requireParameters(path, checkpoint, settings_.parameters);
   return std::move(checkpoint.state.child(settings_.part));
+}
+
+void PartCheckpoints::continueFrom(const std::string& path) {
+  if (!impl_) return;
+  impl_->sessions = path.empty() ? std::vector<MapSession>() : loadMapFile(path).sessions;
+  impl_->first.reset();
 }
 
 void PartCheckpoints::setReadOnly(bool on) {

@@ -196,6 +196,33 @@ TEST_F(Counting, SaysWhyNothingIsSaved) {
   EXPECT_THROW(checkpoints.saveTo("/tmp/never.db", [](State&) {}), std::runtime_error);
 }
 
+TEST_F(Counting, ContinuesTheSessionsOfALoadedMap) {
+  const auto save = [](State& state) { state.set("count", 1); };
+  const std::string saved = (folder_ / "monday.db").string();
+  PartCheckpoints checkpoints(settings_);
+  const auto sessionsNow = [&] {
+    checkpoints.saveTo(saved, save);
+    return loadMapFile(saved).sessions;
+  };
+  checkpoints.before(3 * kSecond, save);
+  checkpoints.before(4 * kSecond, save);
+  const std::vector<MapSession> monday = sessionsNow();
+  ASSERT_EQ(monday.size(), 1U);
+  checkpoints.continueFrom("");
+  EXPECT_TRUE(sessionsNow().empty()) << "everything was forgotten";
+  checkpoints.before(6 * kSecond, save);
+  ASSERT_EQ(sessionsNow().size(), 1U);
+  EXPECT_EQ(sessionsNow()[0].first_stamp, 6 * kSecond);
+  const std::string first = (folder_ / "first.db").string();
+  fs::copy(saved, first);
+  checkpoints.continueFrom(first);
+  checkpoints.before(8 * kSecond, save);
+  const std::vector<MapSession> both = sessionsNow();
+  ASSERT_EQ(both.size(), 2U);
+  EXPECT_EQ(both[0].first_stamp, 6 * kSecond);
+  EXPECT_EQ(both[1].first_stamp, 8 * kSecond);
+}
+
 TEST_F(Counting, HasOneWriter) {
   const PartCheckpoints first(settings_);
   EXPECT_THROW(PartCheckpoints second(settings_), std::runtime_error);
