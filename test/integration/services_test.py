@@ -1,13 +1,17 @@
 #!/usr/bin/python3
 """The services of the map's node, which act on local view, pose cells and map together: what each does, and what it refuses."""
 import os
+import signal
 import subprocess
 import sys
+import threading
+import time
 
+import rosbag
 import rospy
 import rostest
 from ratslam_ros.msg import TopologicalMap, ViewTemplate
-from ratslam_ros.srv import MapPath
+from ratslam_ros.srv import MapPath, PartCommand, PartCommandRequest
 from std_srvs.srv import SetBool, Trigger
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -92,6 +96,139 @@ class Services(chain.ChainTest):
         self.assertEqual(run.returncode, 0, run.stdout)
         self.assertIn(f"{known} experiences", run.stdout)
 
+    def recorded(self, name, frames):
+        """A drive as a bag. @return its path"""
+        bag = os.path.join(self.home, name)
+        harness.write_bag(bag, self.root, frames, odometry_period_ns=harness.FRAME_PERIOD_NS)
+        return bag
+
+    def played(self, bag, at_frame=lambda frame: None):
+        """Plays it without waiting for the map, as a robot drives; and waits for its end."""
+        odometry, images = self.feeds
+        frame, last = 0, None
+        for topic, message, _ in rosbag.Bag(bag).read_messages():
+            if not topic.endswith("/image"):
+                odometry.publish(message)
+                continue
+            images.publish(message)
+            last = message.header.stamp
+            frame += 1
+            at_frame(frame)
+            time.sleep(0.01)
+        self.wait(lambda: self.poses and self.poses[-1].header.stamp == last, 60.0)
+
+    def tool(self, *words):
+        return subprocess.run([harness.executable("ratslam_map"), *words], stdout=subprocess.PIPE, text=True, check=False)
+
+    def sound(self, name):
+        told = self.tool("check", os.path.join(self.map_dir, name))
+        self.assertEqual(told.returncode, 0, told.stdout)
+
+    def meanwhile(self, action):
+        """Repeats an action in a thread. @return function that ends it"""
+        over = threading.Event()
+
+        def work():
+            while not over.is_set():
+                action()
+                time.sleep(0.05)
+
+        thread = threading.Thread(target=work)
+        thread.start()
+
+        def end():
+            over.set()
+            thread.join()
+        return end
+
+    def test_saved_in_mid_drive_the_parts_fit_and_the_drive_goes_on_as_without(self):
+        self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
+        bag = self.recorded("lap.bag", 2 * LAP)
+        self.wait(self.connected)
+        names, answers = [], []
+
+        def save():
+            names.append(f"{len(names)}.db")
+            answers.append(self.call("SaveMap", MapPath, names[-1]))
+
+        end = []
+        try:
+            self.played(bag, lambda frame: end.append(self.meanwhile(save)) if frame == 10 else None)
+        finally:
+            for each in end:
+                each()
+        self.assertGreater(len(names), 2)
+        for name, answer in zip(names, answers):
+            self.assertTrue(answer.success, answer.message)
+            self.sound(name)
+        self.done("WriteTrajectories", Trigger)
+        run = harness.offline(bag, self.config, os.path.join(self.home, "run"), "--odometry", "topic")
+        self.assertEqual(run.returncode, 0, run.stdout)
+        self.assertEqual(harness.trajectories(self.home + "/paths/run"), harness.trajectories(self.home + "/run/trajectory"))
+
+    def test_loaded_in_mid_drive_nothing_of_the_old_map_comes_after_it(self):
+        self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
+        self.drive(40)
+        self.done("SaveMap", MapPath, "street.db")
+        bag = self.recorded("lap.bag", LAP)
+
+        def load(frame):
+            if frame in (30, 45, 60):
+                self.done("LoadMap", MapPath, "street.db")
+
+        self.played(bag, load)
+        self.done("SaveMap", MapPath, "end.db")
+        self.sound("end.db")
+        told = self.tool("info", os.path.join(self.map_dir, "end.db")).stdout
+        self.assertEqual(told.count("session: "), 2, told)
+        self.assertIn(f"from {harness.frame_stamp(0)} to {harness.frame_stamp(39)} ns", told)
+
+    def test_a_stopped_node_is_named_and_the_map_goes_on(self):
+        nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
+        self.drive(10)
+        nodes["ratslam_lv"].process.send_signal(signal.SIGSTOP)
+        for service, arguments in (("Pause", (SetBool, True)), ("SaveMap", (MapPath, "lap.db"))):
+            self.refused("LocalView/Command has not answered for 10 s: its node is stopped or too busy", service, *arguments)
+        nodes["ratslam_lv"].process.send_signal(signal.SIGCONT)
+        self.drive(5)
+        self.done("SaveMap", MapPath, "lap.db")
+        nodes["ratslam_pc"].process.send_signal(signal.SIGSTOP)
+        answers = []
+        asking = threading.Thread(target=lambda: answers.append(self.call("Pause", SetBool, True)))
+        asking.start()
+        time.sleep(1.0)
+        self.assertEqual(nodes["ratslam_em"].interrupt(8.0), 0, nodes["ratslam_em"].output())
+        asking.join()
+        self.assertEqual([(answer.success, answer.message) for answer in answers], [(False, "the node ends")])
+
+    def test_who_is_held_goes_on_when_the_map_is_no_more(self):
+        nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
+        self.drive(10)
+        for part in ("LocalView", "PoseCell"):
+            hold = PartCommandRequest(command=PartCommandRequest.HOLD, on=True)
+            self.assertTrue(rospy.ServiceProxy(f"{self.root}/{part}/Command", PartCommand)(hold).success)
+        self.drive(2)
+        for name in ("ratslam_lv", "ratslam_pc"):
+            self.assertEqual(nodes[name].count("held for a service of the map, whose node does not go on"), 1, nodes[name].output())
+
+    def test_pause_and_localise_only_hold_for_a_node_that_starts_again(self):
+        nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
+        self.drive(20)
+        for service in ("Pause", "LocaliseOnly"):
+            self.done(service, SetBool, True)
+            known = self.experiences()
+            self.kill(nodes)
+            nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
+            for node in nodes.values():
+                self.assertEqual(node.count(f"WARN.*ExperienceMap/{service} asked before it started"), 1, node.output())
+            contents = {name: os.path.getmtime(os.path.join(self.map_dir, name)) for name in os.listdir(self.map_dir)}
+            self.drive(20, turned=True)
+            self.assertLessEqual(self.experiences(), known)
+            if service == "LocaliseOnly":
+                self.assertEqual({name: os.path.getmtime(os.path.join(self.map_dir, name)) for name in os.listdir(self.map_dir)}, contents)
+            self.done(service, SetBool, False)
+            self.drive(30)
+
     def test_what_is_refused(self):
         self.chain("ratslam_em")
         self.refused("nobody offers", "SaveMap", MapPath, "lap.db")
@@ -171,8 +308,10 @@ class Services(chain.ChainTest):
     def test_localise_only_finds_places_and_leaves_map_and_files_as_they_are(self):
         self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
         self.drive(LAP + 10)
-        self.done("SaveMap", MapPath, "")
         self.done("LocaliseOnly", SetBool, True)
+        for part in ("local_view", "pose_cells", "experience_map"):  # what is known so far is kept
+            told = [self.tool("info", f"{self.map_dir}/{part}.{turn}.db").stdout for turn in "ab"]
+            self.assertIn(f"checkpoint at {harness.frame_stamp(self.next - 1)} ns", "".join(told))
         known, poses = self.experiences(), len(self.poses)
         contents = {name: os.path.getmtime(os.path.join(self.map_dir, name)) for name in os.listdir(self.map_dir)}
         self.drive(30)

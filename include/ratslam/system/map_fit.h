@@ -8,12 +8,12 @@
 
 namespace ratslam {
 
-/// Why the parts are not those of one moment: a part names what the part before it does not know, or numbers it gave are
-/// missing in the map. Parts that are not there are not compared. Empty if they fit.
+/// Why a program that goes on in the map would mistake a view or a place for another one: the pose cells name views that
+/// the local view has yet to learn, or have yet to give numbers that the map knows. A part that has lost its memory leaves
+/// this behind, until it is heard again. Empty if there is no reason. Parts that are not there are not compared.
 std::string misfitOf(const State& map);
 
-/// All that keeps the parts from being one map: the same, and what a merge refuses, which a part that has lost its memory
-/// leaves behind.
+/// Everything in which the parts differ: also what is no danger for a program that goes on, but refused by a merge.
 std::vector<std::string> misfitsOf(const State& map);
 
 }  // namespace ratslam

@@ -46,6 +46,8 @@ class PoseCellStage {
   /// Numbers of views that were dropped: ahead of time, and never reached by the odometry.
   std::uint64_t aheadViews() const { return gate_.aheadEvents(); }
   std::uint64_t unreachedViews() const { return gate_.unreachedEvents(); }
+  /// Stamp of the newest view; none after interrupt().
+  std::optional<Stamp> lastView() const { return gate_.lastEvent(); }
   /// Whether the views have gone back in time and the odometry has not yet.
   bool waitsForOdometryToGoBack() const { return gate_.waitsForOdometryToGoBack(); }
   /// Time by which the odometry lags behind the waiting view [s]; none if no view waits.

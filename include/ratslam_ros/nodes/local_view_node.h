@@ -36,8 +36,11 @@ class LocalViewNode {
   PartActions actions();
   void onImage(const std_msgs::Header& header, const ImageFrame& frame);
   void watch();
+  /// Publishes the views that pass, unless the part is held. @return whether there were any
+  bool drain(Passing which = Passing::kReached);
   void publish(const std::vector<ViewObservation>& observations);
 
+  ros::NodeHandle handle_;
   NodeParams params_;
   LocalViewStage stage_;
   NodeCheckpoints checkpoints_;

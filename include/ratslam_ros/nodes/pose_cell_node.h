@@ -36,6 +36,8 @@ class PoseCellNode {
   void onView(const ratslam_ros::ViewTemplate& message);
   void watch();
   void describe(DiagnosticStatus& status);
+  /// Publishes the decisions on the views that pass, unless the part is held. @return whether there were any
+  bool drain(Passing which = Passing::kReached);
   void publish(const std::vector<PoseCellDecision>& decisions);
 
   ros::NodeHandle handle_;

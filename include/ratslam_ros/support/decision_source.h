@@ -19,6 +19,8 @@ class DecisionSource {
   /// Whether a message of that topic counts.
   bool takesState();
   bool takesAction();
+  /// Whether the actions were selected.
+  bool followsActions() const { return choice_ == Choice::kAction; }
 
  private:
   enum class Choice { kUndecided, kState, kAction };

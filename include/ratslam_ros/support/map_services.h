@@ -9,10 +9,14 @@
 ///     ExperienceMap/WriteTrajectories   Trigger   to trajectory_file
 ///     ExperienceMap/SaveTrajectories    MapPath   to another name
 ///
-/// Each answers in one line what it has done, or why it has not.
+/// Each answers in one line what it has done, or why it has not. They run in a thread of their own, so that the node goes
+/// on while they wait for the others; what they do to the node itself is done in the node's thread. What they do to all
+/// parts is done at one message of the stream (part_calls.h).
 #pragma once
 
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
+#include <ros/spinner.h>
 
 #include <functional>
 #include <string>
@@ -20,6 +24,7 @@
 
 #include "ratslam_ros/MapPath.h"
 #include "ratslam_ros/support/node_params.h"
+#include "ratslam_ros/support/part_calls.h"
 #include "ratslam_ros/support/part_commands.h"
 
 namespace ratslam {
@@ -30,9 +35,15 @@ class MapServices {
   /// Writes trajectories. @return text of the answer
   using Write = std::function<std::string(const std::string& file)>;
 
+  /// What the map has still to process, up to the last decision; see PartCalls. @param all  also those that wait
+  using Behind = std::function<std::string(const StreamPoint& last, Stamp last_change, bool all)>;
+
   /// @param own  the map's own part
   MapServices(const ros::NodeHandle& handle, const NodeParams& params, PartCommands& own, IsEmpty is_empty,
-              Write write);
+              Write write, Behind behind);
+  ~MapServices();
+  MapServices(const MapServices&) = delete;
+  MapServices& operator=(const MapServices&) = delete;
 
  private:
   using Request = PartCommands::Request;
@@ -42,22 +53,32 @@ class MapServices {
   void advertise(const char* name, std::function<std::string(typename Service::Request&)> action);
   void advertiseAll();
 
+  /// Does something in the node's own thread. @return its result   @throws std::runtime_error with its message
+  std::string inNode(std::function<std::string()> action);
   /// @throws std::runtime_error if nothing is mapped, so that no empty file is written as a success
-  void requireMap() const;
+  void requireMap();
+  std::string writeTrajectories(const std::string& file);
   std::string saveMap(const std::string& path);
   std::string loadMap(const std::string& path);
-  /// Sends a command to every part. @return their names
-  std::string toAll(const Request& request);
-  /// Services of the other parts. @throws std::runtime_error naming those that are not offered
-  std::vector<std::string> others() const;
-  static void send(const std::string& service, const Request& request);
+  /// Sends commands to every part while all stand still. @return their names
+  std::string toAll(const std::vector<Request>& requests);
+  void toOwn(const Request& request);
+  /// Sets a parameter for parts that start later.
+  void remember(const char* asked, bool on);
+  PartCalls::Behind behind(bool all);
 
   ros::NodeHandle handle_;
   NodeParams params_;
   PartCommands& own_;
   IsEmpty is_empty_;
   Write write_;
+  Behind behind_;
+  PartCalls others_;
+  ros::CallbackQueueInterface* node_queue_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle own_handle_;  ///< with that queue
   std::vector<ros::ServiceServer> servers_;
+  ros::AsyncSpinner thread_;
 };
 
 }  // namespace ratslam

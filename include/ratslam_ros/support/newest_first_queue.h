@@ -68,7 +68,7 @@ class NewestFirstQueue {
 
   void handleOne() {
     posted_ = false;
-    if (items_.empty()) return;
+    if (items_.empty() || held_) return;
     const Item item = items_.front();
     items_.pop_front();
     post();

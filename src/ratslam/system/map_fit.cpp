@@ -44,6 +44,7 @@ struct Numbers {
   std::size_t of_pose_cells = 0;
   std::size_t of_map = 0;
   std::vector<std::uint32_t> in_map;  ///< for each number of the pose cells; empty if they are the same
+  bool counted = false;               ///< whether in_map is kept
   bool comparable = false;
 
   explicit Numbers(const State& map) {
@@ -58,7 +59,7 @@ struct Numbers {
     counted = part->get<NumberSession>("session").id != 0;
   }
 
-  bool counted = false;  ///< the map has counted the numbers of the pose cells itself
+  /// Numbers of the pose cells that the map knows.
   std::size_t known() const { return counted ? in_map.size() : of_map; }
 };
 
@@ -73,7 +74,7 @@ std::string misfitOf(const State& map) {
   const std::vector<std::string> unknown = unknownTemplates(map);
   if (!unknown.empty()) return unknown.front();
   const Numbers numbers(map);
-  if (!numbers.comparable || numbers.of_pose_cells == numbers.known()) return "";
+  if (!numbers.comparable || numbers.of_pose_cells >= numbers.known()) return "";
   return differ(numbers.of_pose_cells, numbers.known());
 }
 

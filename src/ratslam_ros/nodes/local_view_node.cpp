@@ -11,7 +11,8 @@ namespace ratslam {
 
 LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& parameters,
                              const ros::NodeHandle& own)
-    : params_(readParams<NodeParams>(parameters)),
+    : handle_(handle),
+      params_(readParams<NodeParams>(parameters)),
       stage_(readParams<LocalViewParams>(parameters), readParams<RecallGeometryParams>(parameters),
              readParams<OdometryStreamParams>(parameters)),
       checkpoints_(params_, "local_view", partParameters<LocalViewParams, RecallGeometryParams>(parameters)),
@@ -22,10 +23,8 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
                   const SampleVerdict verdict = stage_.addOdometry(sample);
                   std::vector<DecidedSample> verdicts = stage_.decided();
                   verdicts.push_back({sample, verdict});
-                  const std::vector<ViewObservation> seen = stage_.drain();
                   // If only the images' clock was set back, odometry that continues must not prevent the timeout.
-                  if (!seen.empty() || !stage_.waitsForOdometryToGoBack()) odometry_timeout_.messageArrived();
-                  publish(seen);
+                  if (drain() || !stage_.waitsForOdometryToGoBack()) odometry_timeout_.messageArrived();
                   return verdicts;
                 }),
       odometry_timeout_(params_.sync_timeout),
@@ -74,16 +73,21 @@ PartActions LocalViewNode::actions() {
     session_ = {0, static_cast<std::uint32_t>(stage_.cells().size())};
   };
   actions.setLearning = [this](bool on) { stage_.setLearning(on); };
+  actions.goOn = [this] {
+    images_.subscriber().release();
+    guard_.run(images_.topic(), [this] { drain(); });
+  };
+  actions.hold = [this] { images_.subscriber().hold(nullptr); };
   return actions;
 }
 
 void LocalViewNode::resume() {
-  commands_.setEmpty();
+  commands_.start(handle_, params_);
   if (const auto state = checkpoints_.resume()) {
     stage_.load(*state);
     if (state->hasChild("images")) images_.subscriber().load(state->child("images"));
   }
-  stage_.setLearning(!params_.localise_only);
+  commands_.resumed();
   session_.known = static_cast<std::uint32_t>(stage_.cells().size());
 }
 
@@ -102,16 +106,24 @@ void LocalViewNode::onImage(const std_msgs::Header& header, const ImageFrame& fr
   ImageFrame seen = frame;
   if (commands_.paused()) seen.quality = ImageQuality::kBlank;
   stage_.addFrame(seen);
-  publish(stage_.drain());
+  drain();
+}
+
+bool LocalViewNode::drain(Passing which) {
+  if (commands_.held()) return false;
+  const std::vector<ViewObservation> seen = stage_.drain(which);
+  publish(seen);
+  return !seen.empty();
 }
 
 void LocalViewNode::watch() {
   images_.warnIfSomethingNeverCame();
+  commands_.watchHold();
   if (!stage_.needsOdometry()) return;
   odometry_.watchStreams();
-  if (!odometry_timeout_.expired(stage_.waitingImages() > 0)) return;
+  if (commands_.held() || !odometry_timeout_.expired(stage_.waitingImages() > 0)) return;
   went_on_without_.report(odometry_.topic() + " is silent: images are processed without odometry");
-  guard_.run(images_.topic(), [this] { publish(stage_.drain(Passing::kAll)); });
+  guard_.run(images_.topic(), [this] { drain(Passing::kAll); });
 }
 
 void LocalViewNode::publish(const std::vector<ViewObservation>& observations) {
@@ -120,6 +132,7 @@ void LocalViewNode::publish(const std::vector<ViewObservation>& observations) {
     ratslam_ros::ViewTemplate message = viewToMessage(observation.view);
     message.header.frame_id = withSession(last_header_.frame_id, session_);
     outputs_.front().publish(message);
+    commands_.said({session_.id, observation.view.stamp});
   }
   if (observations.empty()) return;
   picture_.publish(last_header_, [&] {

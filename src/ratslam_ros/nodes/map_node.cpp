@@ -39,16 +39,18 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
       silence_(params_.sync_timeout),
       services_(
           handle_, params_, commands_, [this] { return isEmpty(); },
-          [this](const std::string& file) { return write(file); }),
+          [this](const std::string& file) { return write(file); },
+          [this](const StreamPoint& last, Stamp change, bool all) { return behind(last, change, all); }),
       rivals_(handle_, odometry_.topic()),
       diagnostics_(handle_, own),
       changes_(handle_, topicName(params_.topic_root, "ParameterChange")),
       tuning_(handle_, own, parameters, stage_) {
   requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
-  commands_.setEmpty();
+  commands_.start(handle_, params_);
   if (const auto state = checkpoints_.resume()) stage_.load(*state);
   pose_cells_.start(stage_.session());
-  stage_.setLearning(!params_.localise_only);
+  commands_.heard({stage_.session().id, stage_.lastDecision().value_or(0)});
+  commands_.resumed();
   subscribe();
   watch_timer_ =
       handle_.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
@@ -94,6 +96,7 @@ void MapNode::onDecision(const Message& message) {
   const TopologicalAction action = actionFromMessage(message);
   checkpoints_.before(action.stamp, [this](State& state) { stage_.save(state); });
   pose_cells_.heard(action.session);
+  commands_.heard({action.session.id, action.stamp});
   if (!stage_.addDecision(action)) reports_.timeWentBack();
   drain(Passing::kReached);
 }
@@ -125,6 +128,15 @@ void MapNode::watch() {
                           (geometry_ != GeometrySource::kNone ? " or LocalView/RecallGeometry" : "") +
                           " is silent: decisions are processed without it");
   drain(Passing::kAll);
+}
+
+std::string MapNode::behind(const StreamPoint& last, Stamp last_change, bool all) const {
+  // An action names no session.
+  const std::string missing =
+      commands_.missing(source_.followsActions() ? StreamPoint{0, last_change} : last);
+  const std::size_t waiting = all ? stage_.waitingDecisions() : 0;
+  if (!missing.empty() || waiting == 0) return missing;
+  return "in the experience map " + std::to_string(waiting) + " decisions wait for odometry";
 }
 
 PartActions MapNode::actions() {

@@ -26,12 +26,8 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
                   const SampleVerdict verdict = stage_.addOdometry(sample);
                   std::vector<DecidedSample> verdicts = stage_.takeDecided();
                   verdicts.push_back({sample, verdict});
-                  const std::vector<PoseCellDecision> decisions = stage_.drain();
                   // If only the views' clock was set back, odometry that continues must not prevent the timeout.
-                  if (!decisions.empty() || !stage_.waitsForOdometryToGoBack()) {
-                    odometry_timeout_.messageArrived();
-                  }
-                  publish(decisions);
+                  if (drain() || !stage_.waitsForOdometryToGoBack()) odometry_timeout_.messageArrived();
                   return verdicts;
                 }),
       views_watch_(handle.resolveName(topicName(params_.topic_root, "LocalView/Template")),
@@ -39,10 +35,11 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       odometry_timeout_(params_.sync_timeout),
       diagnostics_(handle_, own),
       tuning_(handle_, own, parameters, stage_) {
-  commands_.setEmpty();
+  commands_.start(handle_, params_);
   if (const auto state = checkpoints_.resume()) stage_.load(*state);
   local_view_.start(stage_.viewSession());
-  stage_.setLearning(!params_.localise_only);
+  commands_.heard({stage_.viewSession().id, stage_.lastView().value_or(0)});
+  commands_.resumed();
   session_.known = static_cast<std::uint32_t>(stage_.cells().experiences());
   commands_.advertise(handle_, topicName(params_.topic_root, "PoseCell/Command"));
   gate_.emplace(handle, own, std::vector<ros::Publisher>{state_publisher_, action_publisher_},
@@ -64,6 +61,7 @@ PartActions PoseCellNode::actions() {
     session_ = {0, static_cast<std::uint32_t>(stage_.cells().experiences())};
   };
   actions.setLearning = [this](bool on) { stage_.setLearning(on); };
+  actions.goOn = [this] { guard_.run(views_watch_.topic(), [this] { drain(); }); };
   return actions;
 }
 
@@ -83,6 +81,7 @@ void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
   ++views_;
   checkpoints_.before(view.stamp, [this](State& state) { stage_.save(state); });
   local_view_.heard(view.session);
+  commands_.heard({view.session.id, view.stamp});
   if (session_.id == 0) session_.id = std::max<Stamp>(view.stamp, 1);
   switch (stage_.addView(view)) {
     case EventVerdict::kAccepted:
@@ -94,7 +93,14 @@ void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
       time_went_back_.report(views_watch_.topic() + ": time went back, the stream starts anew");
       break;
   }
-  publish(stage_.drain());
+  drain();
+}
+
+bool PoseCellNode::drain(Passing which) {
+  if (commands_.held()) return false;
+  const std::vector<PoseCellDecision> decisions = stage_.drain(which);
+  publish(decisions);
+  return !decisions.empty();
 }
 
 void PoseCellNode::finish() {
@@ -103,16 +109,17 @@ void PoseCellNode::finish() {
 
 void PoseCellNode::watch() {
   odometry_.watchStreams();
+  commands_.watchHold();
   views_watch_.warnIfItNeverCame();
   if (const auto complaint = offset_.complaint(views_watch_.topic(), odometry_.topic())) {
     ROS_ERROR("%s", complaint->c_str());
   }
-  if (!odometry_timeout_.expired(stage_.waitingViews() > 0)) return;
+  if (commands_.held() || !odometry_timeout_.expired(stage_.waitingViews() > 0)) return;
   const std::optional<double> lag = stage_.lag();
   const std::string offset =
       lag ? "; its newest stamp lies " + std::to_string(*lag) + " s before the waiting image's" : "";
   went_on_without_.report(odometry_.topic() + " is silent: views are processed without odometry" + offset);
-  guard_.run(views_watch_.topic(), [this] { publish(stage_.drain(Passing::kAll)); });
+  guard_.run(views_watch_.topic(), [this] { drain(Passing::kAll); });
 }
 
 void PoseCellNode::describe(DiagnosticStatus& status) {
@@ -144,7 +151,9 @@ void PoseCellNode::publish(const std::vector<PoseCellDecision>& decisions) {
     state.session = stampToRos(session_.id);
     state.session_known = session_.known;
     state_publisher_.publish(state);
-    if (decision.action.kind != ActionKind::kNone) action_publisher_.publish(action);
+    const bool changes_map = decision.action.kind != ActionKind::kNone;
+    if (changes_map) action_publisher_.publish(action);
+    commands_.said({session_.id, decision.action.stamp}, changes_map);
     trail_.add(decision.estimate);
   }
   while (died_out_.count() < stage_.cells().reseeds()) {

@@ -4,7 +4,15 @@
 
 #include <stdexcept>
 
+#include "ratslam_ros/support/conversions.h"
+
 namespace ratslam {
+namespace {
+
+/// A hold ends by itself after this time without a command: the node of the map may have died.
+const ros::WallDuration kHold(10.0);
+
+}  // namespace
 
 PartCommands::PartCommands(NodeCheckpoints& checkpoints, PartActions actions)
     : checkpoints_(checkpoints), actions_(std::move(actions)) {}
@@ -18,7 +26,12 @@ void PartCommands::setEmpty() {
 void PartCommands::advertise(ros::NodeHandle& handle, const std::string& service) {
   server_ = handle.advertiseService<Request, Response>(service, [this](Request& request, Response& response) {
     try {
-      run(request);
+      if (request.command == Request::HOLD) {
+        hold(request, response);
+      } else {
+        run(request);
+      }
+      if (held_until_) held_until_ = ros::WallTime::now() + kHold;
       response.success = 1;
     } catch (const std::exception& e) {
       response.message = e.what();
@@ -43,23 +56,96 @@ void PartCommands::run(const Request& request) {
       break;
     case Request::LOAD:
       actions_.load(files.loadFrom(request.path));
+      files.continueFrom(request.path);
+      forgetStream();
       ROS_INFO("%s: loaded from %s", part().c_str(), request.path.c_str());
       break;
     case Request::RESET:
       actions_.load(*empty_);
+      files.continueFrom("");
+      forgetStream();
       ROS_INFO("%s: everything forgotten", part().c_str());
       break;
     case Request::PAUSE:
       paused_ = request.on;
-      if (actions_.pause) actions_.pause(paused_);
+      break;
+    case Request::RENEW:
+      if (!held_until_) throw std::runtime_error(part() + ": it is not held");
       break;
     case Request::LEARN:
-      files.setReadOnly(!request.on);
-      actions_.setLearning(request.on);
+      if (!request.on) files.saveNow(actions_.save);  // later it would be discarded
+      setLearning(request.on);
       break;
     default:
       throw std::invalid_argument("command " + std::to_string(request.command) + " is unknown");
   }
+}
+
+void PartCommands::setLearning(bool on) {
+  checkpoints_.files().setReadOnly(!on);
+  actions_.setLearning(on);
+}
+
+void PartCommands::start(const ros::NodeHandle& handle, const NodeParams& params) {
+  setEmpty();
+  const auto asked = [&](const char* what) { return handle.resolveName(topicName(params.topic_root, what)); };
+  if (handle.getParam(asked(kAskedPause), paused_) && paused_) {
+    ROS_WARN("%s: paused, as ExperienceMap/Pause asked before it started (parameter %s)", part().c_str(),
+             asked(kAskedPause).c_str());
+  }
+  localise_only_ = params.localise_only;
+  if (handle.getParam(asked(kAskedLocaliseOnly), localise_only_) && localise_only_ != params.localise_only) {
+    ROS_WARN("%s: localise_only is %s, as ExperienceMap/LocaliseOnly asked before it started (parameter %s)",
+             part().c_str(), localise_only_ ? "true" : "false", asked(kAskedLocaliseOnly).c_str());
+  }
+}
+
+void PartCommands::resumed() { setLearning(!localise_only_); }
+
+void PartCommands::hold(const Request& request, Response& response) {
+  if (!empty_) throw std::runtime_error(part() + ": it waits for the camera's calibration");
+  if (request.on == 0) {
+    if (!held_until_) throw std::runtime_error(part() + ": it went on before it was told to");
+    goOn();
+    return;
+  }
+  if (!actions_.goOn) throw std::invalid_argument(part() + ": it cannot be held");
+  response.message = missing({stampFromRos(request.session), stampFromRos(request.stamp)});
+  response.later = response.message.empty() ? 0 : 1;
+  if (response.later == 0) {
+    if (!held_until_ && actions_.hold) actions_.hold();
+    held_until_ = ros::WallTime::now() + kHold;
+  }
+  const StreamPoint& last = response.later == 0 ? said_ : heard_;
+  response.session = stampToRos(last.session);
+  response.stamp = stampToRos(last.stamp);
+  response.action_stamp = stampToRos(said_change_);
+}
+
+std::string PartCommands::missing(const StreamPoint& last) const {
+  if (last.stamp == 0 || heard_ == last) return "";
+  const auto seconds = [](Stamp stamp) { return std::to_string(secondsBetween(0, stamp)) + " s"; };
+  return part() + ": it has not received the message at " + seconds(last.stamp) +
+         " of the node before it; its last one is that at " + seconds(heard_.stamp);
+}
+
+void PartCommands::watchHold() {
+  if (!held_until_ || ros::WallTime::now() < *held_until_) return;
+  ROS_WARN("%s: held for a service of the map, whose node does not go on: it goes on without",
+           part().c_str());
+  goOn();
+}
+
+void PartCommands::goOn() {
+  held_until_.reset();
+  actions_.goOn();
+}
+
+/// What came before belongs to another map.
+void PartCommands::forgetStream() {
+  heard_ = {};
+  said_ = {};
+  said_change_ = 0;
 }
 
 }  // namespace ratslam
