@@ -1,6 +1,7 @@
 /// Odometry files, and recordings of images that take their odometry from such a file.
 #pragma once
 
+#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,10 +42,16 @@ class RecordingWithOdometry : public Recording {
   std::vector<std::string> remarks() const override { return images_->remarks(); }
 
  private:
+  void fetchImages();
+  Stamp stampForOdometry() const;
+
   std::unique_ptr<Recording> images_;
   std::vector<OdometrySample> odometry_;
   std::size_t next_odometry_ = 0;
-  std::optional<RecordedItem> waiting_image_;
+  std::optional<RecordedImage> waiting_image_;
+  std::optional<RecordedImage> image_after_;
+  std::exception_ptr failure_;  ///< of reading the image after; the one that waits comes first
+  std::optional<Stamp> last_image_;
 };
 
 }  // namespace ratslam

@@ -6,6 +6,7 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/common/text_file.h"
@@ -324,20 +325,41 @@ void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& sam
   file.precision(precision);
 }
 
-std::optional<RecordedItem> RecordingWithOdometry::next() {
-  while (!waiting_image_) {
-    waiting_image_ = images_->next();
-    if (!waiting_image_) break;
-    if (std::holds_alternative<OdometrySample>(*waiting_image_)) waiting_image_.reset();
+void RecordingWithOdometry::fetchImages() {
+  const auto fetch = [this]() -> std::optional<RecordedImage> {
+    while (auto item = images_->next()) {
+      if (auto* image = std::get_if<RecordedImage>(&*item)) return std::move(*image);
+    }
+    return std::nullopt;
+  };
+  if (!waiting_image_ && failure_) std::rethrow_exception(failure_);
+  if (!waiting_image_) waiting_image_ = image_after_ ? std::exchange(image_after_, std::nullopt) : fetch();
+  if (!waiting_image_ || image_after_ || failure_) return;
+  try {
+    image_after_ = fetch();
+  } catch (...) {
+    failure_ = std::current_exception();
   }
+}
+
+/// The odometry up to this stamp comes before the image that waits. It must not run to the stamp of an image that lies
+/// ahead of time, as the one after it shows: those after it would come too late.
+Stamp RecordingWithOdometry::stampForOdometry() const {
+  const Stamp stamp = waiting_image_->stamp;
+  if (!image_after_ || image_after_->stamp >= stamp) return stamp;
+  const bool goes_on = !last_image_ || image_after_->stamp > *last_image_;
+  return goes_on ? image_after_->stamp : stamp;
+}
+
+std::optional<RecordedItem> RecordingWithOdometry::next() {
+  fetchImages();
   const bool odometry_left = next_odometry_ < odometry_.size();
-  if (odometry_left && (!waiting_image_ ||
-                        odometry_[next_odometry_].stamp <= std::get<RecordedImage>(*waiting_image_).stamp)) {
+  if (odometry_left && (!waiting_image_ || odometry_[next_odometry_].stamp <= stampForOdometry())) {
     return odometry_[next_odometry_++];
   }
-  std::optional<RecordedItem> image;
-  image.swap(waiting_image_);
-  return image;
+  if (!waiting_image_) return std::nullopt;
+  last_image_ = waiting_image_->stamp;
+  return RecordedItem(*std::exchange(waiting_image_, std::nullopt));
 }
 
 }  // namespace ratslam

@@ -142,6 +142,17 @@ TEST_F(DatasetTest, OdometryFileIsLaidIntoTheImagesByStamp) {
   EXPECT_EQ(order, "oiooiio");
 }
 
+TEST_F(DatasetTest, AnImageAheadOfTimeDoesNotTakeTheOdometryOfThoseAfterIt) {
+  writeImages(5);
+  write("times.txt", "0\n1\n4\n3\n4\n");
+  write("odometry.csv", "stamp,linear_x,angular_z\n0,0,0\n1,1,0\n2,1,0\n3,1,0\n4,1,0\n5,1,0\n");
+  RecordingWithOdometry recording(std::make_unique<KittiFolder>(folder_.string()),
+                                  readOdometryCsv(path("odometry.csv")));
+  std::string order;
+  while (auto item = recording.next()) order += std::holds_alternative<RecordedImage>(*item) ? 'i' : 'o';
+  EXPECT_EQ(order, "oioiooiioio") << "the third image comes before the odometry of second 4";
+}
+
 TEST_F(DatasetTest, OdometryFileNeedNotStateTheErrorOfTheUnitItself) {
   write("earlier.csv",
         "stamp,linear_x,angular_z,unit_anchor,unit_walk,epoch,bridged\n1,0.5,0,0.02,0.001,7,0\n");
