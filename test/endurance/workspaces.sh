@@ -1,12 +1,18 @@
 #!/usr/bin/env bash
 # The package in a fresh catkin workspace, by each tool that builds one: catkin_make, catkin_make_isolated, catkin build. After
 # each, the workspace's setup.bash is all that is needed: programs, scripts, the Python module and a launch file work.
-# Usage: workspaces.sh SOURCE_TREE WORKSPACE [TOOL ...]      WORKSPACE is made, and made anew for each tool
+# Usage: workspaces.sh SOURCE_TREE WORKSPACE [TOOL ...]      WORKSPACE is made, and made anew for each tool. If it lies within
+# SOURCE_TREE, its name must begin with a dot: else roslaunch finds each launch file of the package twice (CATKIN_IGNORE does not
+# keep it from that).
 set -euo pipefail
 source=$1
 workspace=$2
 tools=("${@:3}")
 [ "${#tools[@]}" -gt 0 ] || tools=(catkin_make catkin_make_isolated catkin_build)
+case "/$(realpath -m --relative-to="$source" "$workspace")" in
+  */.*) ;;  # hidden, or outside (../)
+  *) echo "$workspace: within $source a workspace's name must begin with a dot" >&2; exit 1 ;;
+esac
 [ ! -e "$workspace" ] || { echo "$workspace: there is something already; a folder that does not exist is needed" >&2; exit 1; }
 trap 'rm -rf "$workspace"' EXIT
 
