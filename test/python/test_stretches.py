@@ -6,11 +6,11 @@ import re
 import numpy as np
 import pytest
 
-from run_fixtures import folder  # noqa: F401  (a fixture)
-from ratslam_tools.cli import plot_run, report
+from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
+from ratslam_tools.cli import plot_run, report, sweep
 from ratslam_tools.datasets import truth
 from ratslam_tools.errors import InputError
-from ratslam_tools.runs import recorded_run, run_figures, run_folder
+from ratslam_tools.runs import recorded_run, run_figures, run_folder, runner
 from ratslam_tools.trajectory import write_tum
 
 
@@ -85,3 +85,18 @@ def test_evaluating_one_stretch_alone_tells_of_the_others(second_day, tmp_path, 
     alone = run("evaluate_ape", "-as", tmp_path / "truth.tum", first)
     assert alone.returncode == 0 and f"only this stretch is evaluated; the trajectory goes on in {second}" in alone.stderr
     assert run("evaluate_ape", "-as", tmp_path / "truth.tum", first, second).stderr == ""
+
+
+def test_a_sweep_of_a_drive_whose_time_goes_back_shares_no_odometry(program, folder, tmp_path):
+    """odometry.csv would then hold the first stretch alone."""
+    write_tum(tmp_path / "truth.tum", run_folder.Run(str(folder)).final)
+    (folder / "odometry.csv").write_text("frame,stamp,linear_x,angular_z\n0,0,1,0\n")
+    (folder / "odometry_2.csv").write_text("frame,stamp,linear_x,angular_z\n0,0,1,0\n")
+    config = tmp_path / "c.yaml"
+    config.write_text("")
+    words = [str(tmp_path), "--config", str(config), "--vary", "pc_vt_inject_energy=0.1,0.2", "--out", str(tmp_path / "out")]
+    sweep.main([*words, "--truth", str(tmp_path / "truth.tum"), "--ratslam_run", str(program), "--odometry", "orb"])
+    assert sum("--odometry orb" in call for call in calls(program)) == 3
+    assert runner.shared_odometry(str(folder), "orb") == "orb"
+    (folder / "odometry_2.csv").unlink()
+    assert runner.shared_odometry(str(folder), "orb") == str(folder / "odometry.csv")

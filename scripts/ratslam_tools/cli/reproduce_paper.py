@@ -103,7 +103,7 @@ class Reproduction:
         folder = os.path.join(self.out, f"sweep_{system.name}_{key}")
         odometry = system.odometry
         if runner.odometry_can_be_shared(odometry, [key]):
-            odometry = os.path.join(self.folder_of(system), "odometry.csv")
+            odometry = runner.shared_odometry(self.folder_of(system), odometry)
         points, found, failures = grid.execute(
             lambda settings, out: self.words(system, settings, out, odometry),
             [(key, values)],

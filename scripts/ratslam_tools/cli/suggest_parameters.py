@@ -81,7 +81,7 @@ def main(argv=None) -> None:
         )
         run = run_folder.Run(runner.run_once(words, folder))
         if odometry[0] == "orb":  # behind the odometry nothing changes it
-            odometry[0] = os.path.join(folder, "odometry.csv")
+            odometry[0] = runner.shared_odometry(folder, odometry[0])
         return run
 
     sampled = suggestion.sample_images(arguments.input, arguments.frames, topic=runner.option(more, "--image-topic"))

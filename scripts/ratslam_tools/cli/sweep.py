@@ -114,7 +114,7 @@ def compute(arguments, varied, points, goal):
         name = "odometry" if not arguments.shard else "odometry_" + arguments.shard.replace("/", "_of_")
         folder = os.path.join(arguments.out, name)
         runner.run_once(words_of({}, folder, odometry), folder)
-        odometry = os.path.join(folder, "odometry.csv")
+        odometry = runner.shared_odometry(folder, odometry)
 
     def words(settings, folder):
         return words_of(settings, folder, odometry)

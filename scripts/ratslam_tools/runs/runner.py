@@ -11,6 +11,7 @@ from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 from ratslam_tools import SCRIPTS, evaluation
 from ratslam_tools.runs import run_folder
 from ratslam_tools.errors import InputError
+from ratslam_tools.trajectory import later_files
 
 PROGRAM = "ratslam_run"
 # Its places, from the folder above scripts/: catkin workspace, plain CMake, install space.
@@ -179,6 +180,14 @@ def odometry_can_be_shared(odometry: Optional[str], keys) -> bool:
     images, and the others read its odometry.csv, with the same results.
     """
     return odometry == "orb" and all(key.startswith(BEHIND_ODOMETRY) for key in keys)
+
+
+def shared_odometry(folder: str, odometry: str) -> str:
+    """What other runs take for --odometry instead of `odometry`, by which the run in `folder` was made: its odometry.csv.
+    Where time went back that file holds the first stretch alone, and each run computes its own.
+    """
+    path = os.path.join(folder, "odometry.csv")
+    return odometry if later_files(path) else path
 
 
 class Runner:
