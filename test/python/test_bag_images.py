@@ -5,13 +5,14 @@ import subprocess
 import numpy as np
 import pytest
 
-pytest.importorskip("rosbag")
+rosbag = pytest.importorskip("rosbag")
 cv2 = pytest.importorskip("cv2")
 
 from conftest import built  # noqa: E402
 from test_bags import CALIBRATION, messages, recording, sequence, write_image  # noqa: E402,F401  (fixtures among them)
 from ratslam_tools.cli import kitti_to_bag, recorder_to_bag  # noqa: E402
 from ratslam_tools.datasets import images  # noqa: E402
+from ratslam_tools.errors import InputError  # noqa: E402
 from ratslam_tools.runs import suggestion  # noqa: E402
 
 
@@ -109,3 +110,19 @@ def test_times_in_milliseconds_are_named(sequence, tmp_path, capsys):
     (sequence / "times.txt").write_text("".join(f"{frame}\n" for frame in range(6)))
     kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag")])
     assert "are they milliseconds" not in capsys.readouterr().out
+
+
+def test_messages_of_another_type_among_the_images_of_a_bag_are_skipped(sequence, tmp_path):
+    from rospy import Time
+    from std_msgs.msg import String
+
+    kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag"), "--compressed"])
+    topic = "/kitti/camera/image/compressed"
+    with rosbag.Bag(str(tmp_path / "k.bag"), "a") as bag:
+        bag.write(topic, String("x"), Time(0, 150000000))
+    assert len(suggestion.sample_images(str(tmp_path / "k.bag"), 100)) == 6
+    with rosbag.Bag(str(tmp_path / "s.bag"), "w") as bag:
+        connection = next(iter(rosbag.Bag(str(tmp_path / "k.bag"))._get_connections([topic])))
+        bag.write(topic, String("x"), Time(1), connection_header=connection.header)
+    with pytest.raises(InputError, match="no image can be read: its messages are damaged or of another type"):
+        suggestion.sample_images(str(tmp_path / "s.bag"), 100)

@@ -179,6 +179,18 @@ def read_trajectory_topic(path: str, topic: str) -> Trajectory:
     return Trajectory(positions, geometry.matrices_from_quaternions(quaternions), stamps, topic).check()
 
 
+def each_message(bag, topic: str, kind: str, start=None):
+    """The messages of a topic from a record time on; None for each that is of another type than `kind`, or damaged."""
+    import genpy
+
+    for _, (datatype, data, _, _, message_type), _ in bag.read_messages(topics=[topic], start_time=start, raw=True):
+        message = message_type()
+        try:
+            yield message.deserialize(data) if datatype == kind else None
+        except genpy.DeserializationError:
+            yield None
+
+
 def image_count(path: str) -> int:
     """Number of images on the only topic of images of a bag. @throws InputError if there is none, or another one"""
     with reading(path) as bag:

@@ -2,7 +2,6 @@
 
 import tempfile
 
-import genpy
 import rosbag
 import rospy
 from std_msgs.msg import String
@@ -51,16 +50,8 @@ def look_into(path, topic):
 
 def _stamps(bag, topic, kind, start=None):
     """Stamps of the messages of a topic from a record time on; None for one of another type than `kind`, or damaged."""
-    for _, (datatype, data, _, _, message_type), _ in bag.read_messages(topics=[topic], start_time=start, raw=True):
-        stamp = None
-        if datatype == kind:
-            message = message_type()
-            try:
-                message.deserialize(data)
-                stamp = message.header.stamp
-            except genpy.DeserializationError:
-                pass
-        yield stamp
+    for message in bags.each_message(bag, topic, kind, start):
+        yield None if message is None else message.header.stamp
 
 
 def tail(end, *topics):

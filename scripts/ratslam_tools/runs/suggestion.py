@@ -69,10 +69,13 @@ def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> Lis
             there = f", but {', '.join(images_of)}" if images_of else ""
             raise InputError(f"{path}: no topic of images{f' {topic}' if topic else ''}{there}")
         step = max(1, min(frames, topics[named[0]].message_count) // count)
-        for number, (_, message, _) in enumerate(bag.read_messages(topics=named[:1])):
+        for number, message in enumerate(bags.each_message(bag, named[0], topics[named[0]].msg_type)):
             if number >= frames:
                 break
             if number % step:
+                continue
+            if message is None:
+                reason = reason or "its messages are damaged or of another type"
                 continue
             try:
                 if hasattr(message, "encoding"):
