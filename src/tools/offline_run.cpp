@@ -278,6 +278,7 @@ void OfflineRun::addImage(const DecodedImage& image) {
   if (!first_stamp_) first_stamp_ = image.stamp;
   const std::optional<ImageFrame> frame = images_.add(image);
   if (!frame) return;
+  follow(pipeline_->expectImage(frame->stamp));
   const Pipeline::Progress progress = pipeline_->addImage(*frame);
   for (const std::string& why : progress.refusals) images_.refused(image.name, why);
   follow(progress);

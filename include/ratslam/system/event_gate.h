@@ -90,12 +90,17 @@ class EventGate {
     return last_event_ && stamp < *last_event_ && secondsBetween(stamp, *last_event_) >= params_.time_reset;
   }
 
+  /// An event of this stamp will be added, so that a held sample with a stamp up to it is right.
+  void expect(Stamp stamp) {
+    if (held_ && stamp >= held_->stamp) acceptHeld();
+  }
+
   /// Adds an event. kLate: it is left out. kTimeWentBack: it opens a new time.
   EventVerdict addEvent(const Event& event) {
     const bool back = last_event_ && event.stamp < *last_event_;
     if (back && !opensNewTime(event.stamp)) return EventVerdict::kLate;
     last_event_ = event.stamp;
-    if (held_ && event.stamp >= held_->stamp) acceptHeld();
+    expect(event.stamp);
     later_.push_back(event);
     takeLater();
     return back ? EventVerdict::kTimeWentBack : EventVerdict::kAccepted;

@@ -55,6 +55,8 @@ class LocalViewStage {
   SampleVerdict addOdometry(const OdometrySample& sample);
   /// Samples that were held by their stamps and have been decided since the last call of addOdometry (event_gate.h).
   const std::vector<DecidedSample>& decided() const { return decided_; }
+  /// Announces an image of this stamp, which may decide on a held sample.
+  void expect(Stamp stamp) { gate_.expect(stamp); }
   /// To be called after the last sample.
   void endOdometry();
 

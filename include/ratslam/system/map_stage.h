@@ -26,6 +26,8 @@ class MapStage {
   SampleVerdict addOdometry(const OdometrySample& sample) { return gate_.addOdometry(sample); }
   /// Samples that were held by their stamps and have been decided (event_gate.h).
   std::vector<DecidedSample> takeDecided() { return gate_.takeDecided(); }
+  /// Announces an event of this stamp, which may decide on a held sample.
+  void expect(Stamp stamp) { gate_.expect(stamp); }
   /// To be called after the last sample.
   void endOdometry() { gate_.acceptHeld(); }
   /// Adds the decision of a view event, also of kind kNone. No decision is left out, because each one that creates an

@@ -82,6 +82,9 @@ class Pipeline {
   Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource> odometry,
            const std::optional<CameraModel>& camera = std::nullopt);
 
+  /// To be called before addImage with the image's stamp, to get the results that it sets free apart from its own: a
+  /// sample that jumps ahead to this stamp has been held (event_gate.h).
+  Progress expectImage(Stamp stamp);
   /// Processes an image. If one of the models cannot use it, only that model leaves it out, as its node would.
   Progress addImage(const ImageFrame& frame);
   /// Processes a sample of odometry. One that is impossible, repeats a stamp or is late is left out and counted.

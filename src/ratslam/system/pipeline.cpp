@@ -59,6 +59,15 @@ Pipeline::Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource>
   local_view_.setCamera(*camera);
 }
 
+Pipeline::Progress Pipeline::expectImage(Stamp stamp) {
+  Progress progress;
+  local_view_.expect(stamp);
+  pose_cells_.expect(stamp);
+  map_.expect(stamp);
+  drain(progress);
+  return progress;
+}
+
 Pipeline::Progress Pipeline::addImage(const ImageFrame& frame) {
   Progress progress;
   if (odometry_) track(frame, progress);

@@ -148,11 +148,14 @@ TEST(Pipeline, BadOdometryIsCountedAndLeavesNoTrace) {
 }
 
 TEST(Pipeline, OneSampleAheadOfTimeIsDroppedAndTheMapIsAsWithoutIt) {
-  const auto run = [](double ahead, std::size_t dropped) {
-    Pipeline pipeline(params(), {});
+  const auto run = [](bool belief, int at, double ahead) {
+    PipelineParams with = params();
+    if (belief) with.local_view.recall.kind = "belief";
+    Pipeline pipeline(with, {});
+    const std::size_t dropped = ahead > 0.0 ? 1 : 0;
     for (int frame = 0; frame < kFrames; ++frame) {
       OdometrySample sample = motion(frame, 0.1);
-      if (frame == 100 && ahead > 0.0) {
+      if (frame == at && ahead > 0.0) {
         OdometrySample wrong = motion(frame, 0.1);
         wrong.stamp += stampFromSeconds(ahead) - kTenth / 2;
         pipeline.addOdometry(wrong);
@@ -166,8 +169,14 @@ TEST(Pipeline, OneSampleAheadOfTimeIsDroppedAndTheMapIsAsWithoutIt) {
         << pipeline.firstDrop();
     return describe(pipeline.map());
   };
-  const std::string expected = run(0.0, 0);
-  for (const double ahead : {1.5, 5.0, 1000.0}) EXPECT_EQ(run(ahead, 1), expected) << ahead;
+  for (const bool belief : {false, true}) {
+    const std::string expected = run(belief, 0, 0.0);
+    for (const int at : {0, 1, 100}) {
+      for (const double ahead : {1.5, 5.0, 1000.0}) {
+        EXPECT_EQ(run(belief, at, ahead), expected) << belief << ' ' << at << ' ' << ahead;
+      }
+    }
+  }
 }
 
 /// The images' clock: one image ahead of time, or all set back for good from an image on.
