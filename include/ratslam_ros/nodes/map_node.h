@@ -47,7 +47,6 @@ class MapNode {
   void watch();
   /// Processes the decisions that pass, and publishes.
   void drain(Passing which);
-  void followFrame(const DecidedSample& decided);
 
   ros::NodeHandle handle_;
   NodeParams params_;

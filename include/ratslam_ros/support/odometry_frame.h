@@ -9,6 +9,7 @@
 
 #include "ratslam/experience_map/map_pose.h"
 #include "ratslam/odometry/odometry.h"
+#include "ratslam/system/event_gate.h"
 
 namespace ratslam {
 
@@ -17,6 +18,8 @@ class OdometryFrame {
   /// Appends a sample. Samples that are not finite and repeated stamps are left out. If the stamp goes back, everything
   /// starts anew. If poseAt() is not called for very many samples, the oldest are forgotten.
   void add(const OdometrySample& sample);
+  /// Appends a sample that a stage has taken.
+  void follow(const DecidedSample& decided);
 
   /// Position and yaw at `stamp`; none before the first sample and after the newest. Earlier samples are forgotten.
   std::optional<RelativePose> poseAt(Stamp stamp);

@@ -24,6 +24,15 @@
 
 namespace ratslam {
 
+/// Adds a sample to a stage. @return the stage's verdicts on a sample that was held and on this one
+template <class Stage>
+std::vector<DecidedSample> addTo(Stage& stage, const OdometrySample& sample) {
+  const SampleVerdict verdict = stage.addOdometry(sample);
+  std::vector<DecidedSample> verdicts = stage.takeDecided();
+  verdicts.push_back({sample, verdict});
+  return verdicts;
+}
+
 class OdometrySubscriber {
  public:
   /// Hands a sample to the stage. @return the stage's verdicts on a sample that was held and on this one

@@ -20,10 +20,8 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
       publisher_(handle_, params_, readParams<ExperienceMapParams>(parameters).exp_scale),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
-                  const SampleVerdict verdict = stage_.addOdometry(sample);
-                  std::vector<DecidedSample> verdicts = stage_.takeDecided();
-                  verdicts.push_back({sample, verdict});
-                  for (const DecidedSample& decided : verdicts) followFrame(decided);
+                  std::vector<DecidedSample> verdicts = addTo(stage_, sample);
+                  for (const DecidedSample& decided : verdicts) odometry_frame_.follow(decided);
                   drain(Passing::kReached);
                   if (stage_.map().currentExperience()) {
                     publisher_.followOdometry(stage_.latestPose(), odometry_frame_);
@@ -104,18 +102,12 @@ void MapNode::onDecision(const Message& message) {
 void MapNode::drain(Passing which) {
   publisher_.setOdometryFrame(params_.odomFrame(odometry_.frame()));
   const std::vector<Stamp> processed = stage_.drain(which);
-  for (const DecidedSample& decided : stage_.takeDecided()) followFrame(decided);
+  for (const DecidedSample& decided : stage_.takeDecided()) odometry_frame_.follow(decided);
   reports_.report(stage_);
   if (which == Passing::kReached && !processed.empty()) silence_.messageArrived();
   publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
   publisher_.publishMapIfDue(stage_.map());
   goals_.report(stage_.map(), publisher_);
-}
-
-void MapNode::followFrame(const DecidedSample& decided) {
-  if (decided.verdict == SampleVerdict::kAccepted || decided.verdict == SampleVerdict::kTimeWentBack) {
-    odometry_frame_.add(decided.sample);
-  }
 }
 
 void MapNode::watch() {

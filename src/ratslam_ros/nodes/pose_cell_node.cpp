@@ -23,9 +23,7 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
                 [this](const OdometrySample& sample) {
                   offset_.second(sample.stamp);
                   ++samples_;
-                  const SampleVerdict verdict = stage_.addOdometry(sample);
-                  std::vector<DecidedSample> verdicts = stage_.takeDecided();
-                  verdicts.push_back({sample, verdict});
+                  std::vector<DecidedSample> verdicts = addTo(stage_, sample);
                   // If only the views' clock was set back, odometry that continues must not prevent the timeout.
                   if (drain() || !stage_.waitsForOdometryToGoBack()) odometry_timeout_.messageArrived();
                   return verdicts;

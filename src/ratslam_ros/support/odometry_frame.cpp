@@ -25,6 +25,12 @@ bool isFinite(const RelativePose& pose) {
 
 }  // namespace
 
+void OdometryFrame::follow(const DecidedSample& decided) {
+  if (decided.verdict == SampleVerdict::kAccepted || decided.verdict == SampleVerdict::kTimeWentBack) {
+    add(decided.sample);
+  }
+}
+
 void OdometryFrame::add(const OdometrySample& sample) {
   if (!entries_.empty() && sample.stamp == entries_.back().stamp) return;
   RelativePose pose;
