@@ -62,7 +62,7 @@ def test_two_passes_and_one_with_truth_are_judged(run, town):
         (("town", "plain", "--truth", "town/poses.txt"), "--truth: town/poses.txt has no effect"),
         (("town", "--truth", "nothing.txt"), "nothing.txt: cannot be read"),
         (("town", "--truth", "town/times.txt"), "KITTI poses have 12"),
-        (("town", "--truth", "short.txt"), "short.txt: 10 poses; town has at least 24 images"),
+        (("town", "--truth", "short.txt", "--min-gap", "10"), "short.txt: 10 poses; town has at least 24 images"),
         (("town", "plain", "--plot", "x.png", "--open"), "--plot: with --open and --starts there is no curve"),
         (("town", "--truth", "town/poses.txt", "--csv", "town/poses.txt"), "--csv: town/poses.txt is read as well"),
         (("town", "plain", "--csv", "town/times.txt"), "--csv: town/times.txt is read as well"),

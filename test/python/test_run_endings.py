@@ -229,7 +229,7 @@ def test_odometry_that_never_moves_is_said(program, short, tmp_path, speed):
     odometry = odometry_file(tmp_path, speed=speed)
     stands = run(program, short, tmp_path / "out", "--odometry", odometry)
     assert stands.returncode == 0, stands.stdout
-    assert ("the odometry never moves: all 30 poses are the same" in stands.stdout) == (speed == 0.0), stands.stdout
+    assert ("the odometry never moves: all 30 poses lie at one place" in stands.stdout) == (speed == 0.0), stands.stdout
 
 
 def test_changes_that_the_drive_does_not_reach_are_said(program, short, tmp_path):

@@ -102,7 +102,7 @@ std::string MapServices::inNode(std::function<std::string()> action) {
     bool good = false;
     std::string text;
   };
-  const auto task = std::make_shared<Task>();
+  const auto task = boost::make_shared<Task>();
   node_queue_->addCallback(boost::make_shared<PostedCall>([task, action = std::move(action)] {
                              std::string text;
                              bool good = false;
