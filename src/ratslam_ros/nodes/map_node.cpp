@@ -124,8 +124,7 @@ void MapNode::watch() {
 
 std::string MapNode::behind(const StreamPoint& last, Stamp last_change, bool all) const {
   // An action names no session.
-  const std::string missing =
-      commands_.missing(source_.followsActions() ? StreamPoint{0, last_change} : last);
+  std::string missing = commands_.missing(source_.followsActions() ? StreamPoint{0, last_change} : last);
   const std::size_t waiting = all ? stage_.waitingDecisions() : 0;
   if (!missing.empty() || waiting == 0) return missing;
   return "in the experience map " + std::to_string(waiting) + " decisions wait for odometry";
