@@ -10,6 +10,7 @@
 
 #include "map_export.h"
 #include "ratslam/common/atomic_file.h"
+#include "ratslam/common/paths.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/trajectory_io.h"
 #include "ratslam/system/map_merge.h"
@@ -97,12 +98,6 @@ int check(const Options& options) {
   return faults.empty() ? 0 : 1;
 }
 
-/// Whether both names lead to one file, however they are spelt.
-bool isSameFile(const std::string& one, const std::string& other) {
-  std::error_code error;
-  return one == other || std::filesystem::equivalent(one, other, error);
-}
-
 std::string contentOf(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
@@ -110,7 +105,7 @@ std::string contentOf(const std::string& path) {
 
 void requireOut(const Options& options) {
   if (options.out.empty()) throw std::invalid_argument(options.command + " needs -o FILE");
-  if (isSameFile(options.out, options.file) || isSameFile(options.out, options.second))
+  if (samePlace(options.out, options.file) || samePlace(options.out, options.second))
     throw std::invalid_argument(options.out + ": it is the map itself");
 }
 
@@ -131,7 +126,7 @@ void prune(const Options& options) {
 void merge(const Options& options) {
   requireOut(options);
   const MapCheckpoint first = loadMapFile(options.file);
-  if (isSameFile(options.file, options.second) || contentOf(options.file) == contentOf(options.second))
+  if (samePlace(options.file, options.second) || contentOf(options.file) == contentOf(options.second))
     throw std::invalid_argument(options.second + ": it is the same map as " + options.file);
   const MapCheckpoint second = loadMapFile(options.second);
   requireParameters(options.second, second, first.parameters);
