@@ -1,20 +1,17 @@
 /// ratslam_places: writes the recalls of the local view frame by frame, for scripts/evaluate_places.
 #include <algorithm>
 #include <boost/program_options.hpp>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <limits>
-#include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "configuration.h"
+#include "image_pass.h"
 #include "output_paths.h"
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/common/paths.h"
 #include "ratslam/local_view/local_view_cells.h"
-#include "recordings.h"
 
 namespace {
 
@@ -28,58 +25,6 @@ const char kUsage[] =
     "A pass is a folder of images (in the order of their names), a KITTI sequence folder or a bag. Each "
     "image\n"
     "counts as one step on.\n";
-
-/// Reads the images of a pass, in 8-bit grey or colour.
-class Images {
- public:
-  explicit Images(const std::string& path) : path_(path) {
-    namespace fs = std::filesystem;
-    const bool plain =
-        fs::is_directory(path) && !fs::is_directory(path + "/image_0") && !fs::is_directory(path + "/images");
-    if (!plain) {
-      recording_ = openRecording(path, {});
-      items_ = std::make_unique<DecodeAhead>(*recording_, 2);
-      return;
-    }
-    for (const auto& entry : fs::directory_iterator(path)) {
-      const std::string name = entry.path().filename().string();
-      if (name.front() != '.' && cv::haveImageReader(entry.path().string())) {
-        files_.push_back(entry.path().string());
-      }
-    }
-    if (files_.empty()) throw std::runtime_error(path + ": no image in this folder");
-    std::sort(files_.begin(), files_.end(), [](const std::string& a, const std::string& b) {
-      return a.size() != b.size() ? a.size() < b.size() : a < b;  // numbers without leading zeros, too
-    });
-  }
-
-  /// The next image; none at the end. @throws std::runtime_error naming an unreadable one
-  std::optional<cv::Mat> next() {
-    if (items_) {
-      while (auto item = items_->next()) {
-        if (!std::holds_alternative<DecodedImage>(*item)) continue;
-        const auto& image = std::get<DecodedImage>(*item);
-        if (image.image.empty()) throw std::runtime_error(image.name + ": " + image.error);
-        cv::Mat pixels = image.image;
-        if (pixels.type() == CV_16UC3) image.image.convertTo(pixels, CV_8U, 255.0 / 65535.0);
-        return pixels;
-      }
-      return std::nullopt;
-    }
-    if (next_ == files_.size()) return std::nullopt;
-    const std::string& file = files_[next_++];
-    cv::Mat image = cv::imread(file, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-    if (image.empty()) throw std::runtime_error(file + ": cannot read this image");
-    return image;
-  }
-
- private:
-  std::string path_;
-  std::unique_ptr<Recording> recording_;
-  std::unique_ptr<DecodeAhead> items_;
-  std::vector<std::string> files_;
-  std::size_t next_ = 0;
-};
 
 struct Options {
   std::vector<std::string> passes;
@@ -146,9 +91,16 @@ std::optional<Options> parse(int argc, char** argv) {
   return options;
 }
 
-LocalViewParams parametersOf(const Options& options) {
-  LocalViewParams params;
-  readConfiguration("ratslam_places", options.config, options.assignments).read(params);
+struct Parameters {
+  ImageStageParams images;
+  LocalViewParams view;
+};
+
+Parameters parametersOf(const Options& options) {
+  Parameters params;
+  const ParameterMap map = readConfiguration("ratslam_places", options.config, options.assignments);
+  map.read(params.images);
+  map.read(params.view);
   return params;
 }
 
@@ -167,82 +119,96 @@ class Places {
     belief_.wakeUp();
     before_ = View{};
   }
-  View describe(const cv::Mat& image) { return pair_.descriptor->describe(image); }
+  /// Describes an image. One that is left out, frozen or without texture has no view.
+  std::optional<View> describe(const ImagePass::Step& step) {
+    if (!step.usable()) return std::nullopt;
+    return pair_.descriptor->describe(step.frame->image);
+  }
 
-  void learn(const View& view) {
+  /// Learns the view of frame `frame` as a place. Without a view there is no such place.
+  void learn(std::size_t frame, const std::optional<View>& view) {
     moveOn(view);
-    belief_.arrive(pair_.matcher->add(view));
+    if (!view) return;
+    belief_.arrive(pair_.matcher->add(*view));
+    frames_.push_back(frame);
   }
 
   struct Answer {
-    std::int64_t place = -1;
+    std::int64_t place = -1;  ///< number of the frame at which it was learned
     double score = -std::numeric_limits<double>::infinity();
     bool claimed = false;
   };
 
-  /// Recalls the place of a view among those with numbers below `end`.
-  Answer ask(const View& view, std::size_t end) {
-    Answer answer;
-    if (end == 0 || !view.textured) return answer;
-    pair_.matcher->compareAll(view, likeness_);
+  /// Recalls the place of a view among those learned before frame `end`.
+  Answer ask(const std::optional<View>& view, std::size_t end) {
+    const auto places =
+        static_cast<std::size_t>(std::lower_bound(frames_.begin(), frames_.end(), end) - frames_.begin());
+    if (places == 0 || !view || !view->textured) return {};
+    pair_.matcher->compareAll(*view, likeness_);
     if (params_.recall.believes()) {
-      const auto claim = belief_.weigh(likeness_, end);
-      if (claim) answer = {claim->place, claim->confidence, claim->confidence > PlaceBelief::kClaim};
-      return answer;
+      const auto claim = belief_.weigh(likeness_, places);
+      if (!claim) return {};
+      return {frameOf(claim->place), claim->confidence, claim->confidence > PlaceBelief::kClaim};
     }
+    std::uint32_t nearest = 0;
+    double score = -std::numeric_limits<double>::infinity();
     for (std::size_t v = 0; v < likeness_.variants; ++v) {
       const float* row = likeness_.row(v);
-      const float* best = std::max_element(row, row + end);
-      if (static_cast<double>(*best) > answer.score) answer = {best - row, static_cast<double>(*best), false};
+      const float* best = std::max_element(row, row + places);
+      if (static_cast<double>(*best) <= score) continue;
+      nearest = static_cast<std::uint32_t>(best - row);
+      score = static_cast<double>(*best);
     }
-    answer.claimed = pair_.matcher->compareWith(view, static_cast<std::uint32_t>(answer.place)).same_place;
-    return answer;
+    return {frameOf(nearest), score, pair_.matcher->compareWith(*view, nearest).same_place};
   }
 
-  /// Moves the robot on to a view, without learning it.
-  void moveOn(const View& view) {
-    const double novelty = before_.variants.empty() ? 1.0 : pair_.matcher->novelty(view, before_);
-    belief_.move(ViewMotion::oneStep(), novelty);
-    before_ = view;
+  /// Moves the robot on by one step, to a view if there is one, without learning it.
+  void moveOn(const std::optional<View>& view) {
+    const bool compared = view && !before_.variants.empty();
+    belief_.move(ViewMotion::oneStep(), compared ? pair_.matcher->novelty(*view, before_) : 1.0);
+    if (view) before_ = *view;
   }
-  std::size_t size() const { return pair_.matcher->size(); }
 
  private:
+  std::int64_t frameOf(std::uint32_t place) const { return static_cast<std::int64_t>(frames_[place]); }
+
   LocalViewParams params_;
   ViewPair pair_;
   PlaceBelief belief_;
   View before_;
   ViewLikeness likeness_;
+  std::vector<std::size_t> frames_;  ///< at which each place was learned
 };
 
 void write(std::ostream& out, std::size_t frame, const Places::Answer& answer) {
   out << frame << ',' << answer.place << ',' << answer.score << ',' << (answer.claimed ? 1 : 0) << '\n';
 }
 
-void askSecondPass(const Options& options, const LocalViewParams& params, std::ostream& out) {
-  Places places(params);
-  Images learned(options.passes[0]);
-  while (const auto image = learned.next()) places.learn(places.describe(*image));
+void askSecondPass(const Options& options, const Parameters& params, std::ostream& out) {
+  Places places(params.view);
+  ImagePass learned(options.passes[0], params.images);
+  std::size_t learned_frames = 0;
+  while (const auto step = learned.next()) places.learn(learned_frames++, places.describe(*step));
   places.startSession();
-  std::vector<View> views;
-  Images asked(options.passes[1]);
+  std::vector<std::optional<View>> views;
+  ImagePass asked(options.passes[1], params.images);
   std::size_t asked_frames = 0;
-  while (const auto image = asked.next()) {
+  while (const auto step = asked.next()) {
     const std::size_t frame = asked_frames++;
-    const View view = places.describe(*image);
+    const auto view = places.describe(*step);
     if (options.starts > 0) {
       views.push_back(view);
       continue;
     }
     places.moveOn(view);
-    write(out, frame, places.ask(view, places.size()));
+    write(out, frame, places.ask(view, learned_frames));
   }
   for (std::size_t start = 0; start < options.starts; ++start) {
     const std::size_t first = start * views.size() / options.starts;
     places.wakeUp();
     for (std::size_t frame = first; frame < views.size(); ++frame) {
       places.moveOn(views[frame]);
-      const Places::Answer answer = places.ask(views[frame], places.size());
+      const Places::Answer answer = places.ask(views[frame], learned_frames);
       if (!answer.claimed) continue;
       out << first << ',';
       write(out, frame, answer);
@@ -251,14 +217,14 @@ void askSecondPass(const Options& options, const LocalViewParams& params, std::o
   }
 }
 
-void askOneRecording(const Options& options, const LocalViewParams& params, std::ostream& out) {
-  Places places(params);
-  Images images(options.passes[0]);
+void askOneRecording(const Options& options, const Parameters& params, std::ostream& out) {
+  Places places(params.view);
+  ImagePass images(options.passes[0], params.images);
   std::size_t frames = 0;
-  while (const auto image = images.next()) {
+  while (const auto step = images.next()) {
     const std::size_t frame = frames++;
-    const View view = places.describe(*image);
-    places.learn(view);  // moves on
+    const auto view = places.describe(*step);
+    places.learn(frame, view);  // moves on
     write(out, frame, places.ask(view, frame >= options.min_gap ? frame - options.min_gap + 1 : 0));
   }
   if (frames <= options.min_gap) {
@@ -268,32 +234,38 @@ void askOneRecording(const Options& options, const LocalViewParams& params, std:
   }
 }
 
-void mapAndRecall(const Options& options, const LocalViewParams& params, std::ostream& out) {
-  LocalViewCells cells(params);
+void mapAndRecall(const Options& options, const Parameters& params, std::ostream& out) {
+  LocalViewCells cells(params.view);
   std::vector<std::size_t> learned_at;
   std::vector<std::size_t> left_at;  // last frame of the stay at which each view was learned
   bool at_newest = false;
   std::size_t frame = 0;
   for (const std::string& pass : options.passes) {
-    Images images(pass);
-    while (const auto image = images.next()) {
+    ImagePass images(pass, params.images);
+    cells.acceptAnotherSize();
+    while (const auto step = images.next()) {
       const std::size_t now = frame++;
-      const auto event = cells.observe(static_cast<Stamp>(now), *image);
-      if (!event.seen()) continue;
-      if (event.learned) {
+      if (step->frame && step->frame->begins_anew) cells.acceptAnotherSize();
+      std::optional<ViewEvent> event;
+      if (step->usable()) event = cells.observe(static_cast<Stamp>(now), step->frame->image);
+      if (!event || !event->seen()) {
+        out << now << ",-1,-1,0,-1\n";
+        continue;
+      }
+      if (event->learned) {
         learned_at.push_back(now);
         left_at.push_back(now);
       }
-      at_newest = event.learned || (at_newest && event.id + 1 == learned_at.size());
+      at_newest = event->learned || (at_newest && event->id + 1 == learned_at.size());
       if (at_newest) left_at.back() = now;
-      out << now << ',' << learned_at[event.id] << ',' << event.error << ',' << (event.learned ? 0 : 1) << ','
-          << left_at[event.id] << '\n';
+      out << now << ',' << learned_at[event->id] << ',' << event->error << ',' << (event->learned ? 0 : 1)
+          << ',' << left_at[event->id] << '\n';
     }
   }
 }
 
 void run(const Options& options) {
-  const LocalViewParams params = parametersOf(options);
+  const Parameters params = parametersOf(options);
   requireApart({{"--config", options.config}}, {{"--out", options.out}});
   for (const std::string& pass : options.passes) {
     if (samePlace(pass, options.out) || samePlace(pass, std::filesystem::absolute(options.out).parent_path()))

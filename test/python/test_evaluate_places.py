@@ -101,3 +101,46 @@ def test_the_program_behind_it_refuses_the_same_and_leaves_the_file_as_it_was(to
     done = subprocess.run([program, *words, "--config", "my.yaml", "--out", out], cwd=town, capture_output=True, text=True, timeout=60)
     assert done.returncode == 1 and complaint in done.stderr and done.stderr.count("\n") == 1, done.stderr
     assert out.read_text() == "an earlier result\n" and os.listdir(tmp_path) == ["recalls.csv"]
+
+
+@pytest.mark.parametrize("damaged", ["ref", "query"])
+def test_an_image_that_cannot_be_read_keeps_its_place_and_has_no_answer(run, town, tmp_path, damaged):
+    passes = {name: tmp_path / name for name in ("ref", "query")}
+    for folder in passes.values():
+        shutil.copytree(town / "plain", folder)
+    victim = sorted(os.listdir(passes[damaged]))[10]
+    (passes[damaged] / victim).write_bytes(b"\xff\xd8\xff not an image")
+    for words in ((), ("--open", "--min-gap", "1"), ("--starts", "2")):
+        answers = tmp_path / "answers.csv"
+        done = call(run, town, passes["ref"], passes["query"], "--csv", answers, *words)
+        assert done.returncode == 0, done.stderr
+        assert f"{passes[damaged]}: {FRAMES - 1} of {FRAMES} images used (1 unreadable)" in done.stderr
+        assert victim in done.stderr and done.stderr.count("\n") == 1
+    call(run, town, passes["ref"], passes["query"], "--csv", answers)
+    rows = [row.split(",") for row in answers.read_text().splitlines()[1:]]
+    assert [int(row[0]) for row in rows] == list(range(FRAMES))
+    if damaged == "query":
+        assert rows[10][1:] == ["-1", "-inf", "0"]
+    else:
+        assert all(int(row[1]) != 10 for row in rows)
+    right = sum(abs(int(row[1]) - int(row[0])) <= 1 for row in rows if int(row[1]) >= 0)
+    assert right >= FRAMES - 4, rows
+
+
+def test_a_pass_without_a_usable_image_is_refused(run, town, tmp_path):
+    (tmp_path / "a.png").write_bytes(b"nothing")
+    done = call(run, town, tmp_path, "plain")
+    assert done.returncode == 1 and "no image was used" in done.stderr and "a.png" in done.stderr
+
+
+def test_sixteen_bits_of_which_few_are_used_are_seen_as_eight_are(run, town, tmp_path):
+    cv2 = pytest.importorskip("cv2")
+    deep = tmp_path / "deep"
+    deep.mkdir()
+    for name in sorted(os.listdir(town / "plain")):
+        grey = cv2.imread(str(town / "plain" / name), cv2.IMREAD_GRAYSCALE)
+        colours = cv2.merge([grey.astype("uint16") * 16] * 3)
+        cv2.imwrite(str(deep / name.replace(".jpg", ".png")), colours)
+    done = call(run, town, "plain", deep)
+    assert done.returncode == 0, done.stderr
+    assert "right at rank 1:              100.0 %" in done.stdout, done.stdout

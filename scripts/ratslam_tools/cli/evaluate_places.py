@@ -3,6 +3,7 @@
 import argparse
 import os
 import subprocess
+import sys
 import tempfile
 
 import numpy as np
@@ -97,6 +98,7 @@ def _ask(arguments, out):
     done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     if done.returncode != 0:
         raise InputError(done.stderr.strip() or f"{command[0]} failed")
+    sys.stderr.write(done.stderr)  # what it says of images that were left out
     table = np.loadtxt(out, delimiter=",", skiprows=1, ndmin=2)
     if len(table) == 0:
         raise InputError(f"{arguments.ref}: no image was answered")
