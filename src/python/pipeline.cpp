@@ -49,11 +49,7 @@ struct System {
                       "it needs the camera: set camera_fx, camera_fy, camera_cx, camera_cy, "
                       "camera_width_px and camera_height_px");
       }
-      const std::string& frame = params.odometry.of<OrbOdometryParams>().camera_frame;
-      if (kind.name == "orb" && !frame.empty()) {
-        throwBadValue("camera_frame", "'" + frame + "'",
-                      "there is no tf here; leave it empty and set camera_x ... camera_yaw_deg");
-      }
+      if (kind.name == "orb") params.odometry.of<OrbOdometryParams>().requireNoCameraFrame();
       source = params.odometry.make(kind, camera);
     }
     pipeline = std::make_unique<Pipeline>(params, std::move(source), camera);

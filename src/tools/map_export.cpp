@@ -19,20 +19,8 @@ namespace {
 constexpr double kEquator = 6378137.0;              // WGS 84 [m]
 constexpr double kEccentricity = 6.69437999014e-3;  // squared
 
-const State* find(const State& state, const std::string& path) {
-  const State* found = &state;
-  for (std::size_t begin = 0; begin < path.size();) {
-    const std::size_t end = std::min(path.find('/', begin), path.size());
-    const std::string name = path.substr(begin, end - begin);
-    if (!found->hasChild(name)) return nullptr;
-    found = &found->child(name);
-    begin = end + 1;
-  }
-  return found;
-}
-
 ExperienceGraph graphOf(const MapCheckpoint& map) {
-  const State* state = find(map.state, "experience_map/map/graph");
+  const State* state = map.state.find("experience_map/map/graph");
   if (state == nullptr) throw std::runtime_error("this file holds no experience map");
   ExperienceGraph graph;
   graph.load(*state);
@@ -44,7 +32,7 @@ ExperienceGraph graphOf(const MapCheckpoint& map) {
 std::vector<MapCount> countMap(const MapCheckpoint& map) {
   std::vector<MapCount> counts;
   const auto add = [&](const char* name, const char* path) {
-    const State* table = find(map.state, path);
+    const State* table = map.state.find(path);
     if (table != nullptr) counts.push_back({name, static_cast<std::size_t>(table->rows().value_or(0))});
   };
   add("templates", "local_view/templates");
@@ -61,7 +49,7 @@ std::vector<MapCount> countMap(const MapCheckpoint& map) {
 std::vector<std::string> faultsOf(const MapCheckpoint& map) {
   std::vector<std::string> faults = misfitsOf(map.state);
   try {
-    if (find(map.state, "experience_map") != nullptr)
+    if (map.state.find("experience_map") != nullptr)
       graphOf(map);  // throws if the end of a link does not exist
   } catch (const std::runtime_error& error) {
     faults.emplace_back(error.what());
@@ -70,7 +58,7 @@ std::vector<std::string> faultsOf(const MapCheckpoint& map) {
 }
 
 std::vector<std::vector<StampedPose3>> stretchesIn(const MapCheckpoint& map) {
-  const State* state = find(map.state, "experience_map/map");
+  const State* state = map.state.find("experience_map/map");
   if (state == nullptr) throw std::runtime_error("this file holds no experience map");
   ParameterMap parameters;
   for (const auto& [key, value] : map.parameters) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 namespace ratslam {
 
@@ -16,5 +17,8 @@ inline Stamp stampFromSeconds(double seconds) { return static_cast<Stamp>(std::l
 
 /// A stamp [s]; exact to about a microsecond for present-day Unix times.
 inline double toSeconds(Stamp stamp) { return static_cast<double>(stamp) * 1e-9; }
+
+/// A stamp in seconds with nine decimals, exact: "1600000003.500000000".
+std::string formatStamp(Stamp stamp);
 
 }  // namespace ratslam

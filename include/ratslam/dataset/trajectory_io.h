@@ -20,8 +20,6 @@ struct StampedPose3 {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
 };
 
-/// A stamp in seconds with nine decimals, exact.
-std::string formatStamp(Stamp stamp);
 /// The stamp of a time in seconds. The form of formatStamp is exact to the nanosecond. More digits are rounded, and
 /// other notations have the precision of a double. @return none if the text is not one finite number
 std::optional<Stamp> parseStamp(const std::string& text);

@@ -13,9 +13,6 @@ enum class SampleVerdict;
 /// be used. The covariance of the twist is not checked here: an unusable one counts as unknown.
 std::string whyImpossible(const OdometrySample& sample);
 
-/// A stamp for messages: "1600000003.500000000".
-std::string stampText(Stamp stamp);
-
 /// Why a timeline has dropped a sample, as a sentence without its subject; empty if it has not.
 std::string whyDropped(SampleVerdict verdict, const OdometrySample& sample);
 

@@ -71,11 +71,7 @@ class EventGate {
   std::vector<DecidedSample> takeDecided() { return std::exchange(decided_, {}); }
   /// Takes the held sample as it is: nothing more will come, or the odometry is silent.
   void acceptHeld() {
-    if (!held_) return;
-    const OdometrySample sample = *std::exchange(held_, std::nullopt);
-    const std::uint64_t unmeasured = odometry_.unmeasured();
-    const SampleVerdict verdict = admit(sample);
-    decided_.push_back({sample, verdict, odometry_.unmeasured() > unmeasured});
+    if (held_) decideHeld([this](const OdometrySample& sample) { return admit(sample); });
   }
   /// Number of samples that went back in time, while the events did not, and so were not used; and the stamp of the
   /// first of them.
@@ -312,12 +308,18 @@ class EventGate {
     left_behind_ += samples;
   }
 
+  /// Adds the held sample by `add`, which returns the verdict.
+  template <class Add>
+  void decideHeld(Add&& add) {
+    const OdometrySample sample = *std::exchange(held_, std::nullopt);
+    const std::uint64_t unmeasured = odometry_.unmeasured();
+    const SampleVerdict verdict = add(sample);
+    decided_.push_back({sample, verdict, odometry_.unmeasured() > unmeasured});
+  }
+
   /// Both streams have gone back. The held sample was the last one of the old time, for which events may wait.
   void endOldTime() {
-    const std::uint64_t unmeasured = odometry_.unmeasured();
-    const SampleVerdict verdict = odometry_.push(*held_);
-    decided_.push_back({*held_, verdict, odometry_.unmeasured() > unmeasured});
-    held_.reset();
+    decideHeld([this](const OdometrySample& sample) { return odometry_.push(sample); });
   }
 
   /// @param samples  may be earlier_

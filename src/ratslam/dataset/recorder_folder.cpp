@@ -8,11 +8,11 @@
 #include <tuple>
 
 #include "ratslam/common/params.h"
+#include "ratslam/common/stamp.h"
 #include "ratslam/common/text_file.h"
 #include "ratslam/dataset/clock.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/image_folder.h"
-#include "ratslam/dataset/trajectory_io.h"
 
 namespace ratslam {
 namespace {

@@ -26,16 +26,6 @@ void writeLines(std::ostream& file, const std::vector<StampedPose3>& trajectory,
 
 }  // namespace
 
-std::string formatStamp(Stamp stamp) {
-  const Stamp billion = 1000000000;
-  const bool negative = stamp < 0;
-  const Stamp magnitude = negative ? -stamp : stamp;
-  char text[40];
-  std::snprintf(text, sizeof text, "%s%lld.%09lld", negative ? "-" : "",
-                static_cast<long long>(magnitude / billion), static_cast<long long>(magnitude % billion));
-  return text;
-}
-
 std::optional<Stamp> parseStamp(const std::string& written) {
   constexpr std::size_t kDecimals = 9;
   constexpr std::size_t kDigits = 10;

@@ -1,7 +1,6 @@
 #include "ratslam/odometry/possible.h"
 
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
 #include "ratslam/odometry/odometry_timeline.h"
@@ -40,13 +39,6 @@ std::string whyImpossible(const OdometryCorrection& correction) {
 
 }  // namespace
 
-std::string stampText(Stamp stamp) {
-  char text[48];
-  std::snprintf(text, sizeof(text), "%lld.%09lld", static_cast<long long>(stamp / 1000000000),
-                static_cast<long long>(stamp % 1000000000));
-  return text;
-}
-
 std::string whyImpossible(const OdometrySample& sample) {
   std::string why = beyond("the speed", sample.speed, kFastest, "m/s");
   if (why.empty()) why = beyond("the yaw rate", sample.yaw_rate, kFastest, "rad/s");
@@ -64,7 +56,7 @@ std::string whyDropped(SampleVerdict verdict, const OdometrySample& sample) {
   if (verdict == SampleVerdict::kRepeatedStamp) return "it repeats the stamp before it";
   if (verdict == SampleVerdict::kLate) return "it is older than the message before it";
   if (verdict == SampleVerdict::kAhead)
-    return "its stamp " + stampText(sample.stamp) + " lies ahead of the messages before and after it";
+    return "its stamp " + formatStamp(sample.stamp) + " lies ahead of the messages before and after it";
   return "";
 }
 

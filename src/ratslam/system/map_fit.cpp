@@ -9,24 +9,15 @@
 namespace ratslam {
 namespace {
 
-const State* find(const State& state, const std::vector<const char*>& path) {
-  const State* found = &state;
-  for (const char* name : path) {
-    if (!found->hasChild(name)) return nullptr;
-    found = &found->child(name);
-  }
-  return found;
-}
-
 std::size_t rowsOf(const State* table) { return table == nullptr ? 0 : table->rows().value_or(0); }
 
 /// Names of templates that there are not.
 std::vector<std::string> unknownTemplates(const State& map) {
   std::vector<std::string> faults;
-  const State* templates = find(map, {"local_view", "templates"});
+  const State* templates = map.find("local_view/templates");
   if (templates == nullptr) return faults;
-  for (const State* table : {find(map, {"pose_cells", "cells", "view_input", "view_links"}),
-                             find(map, {"pose_cells", "cells", "selector", "selection"})}) {
+  for (const State* table : {map.find("pose_cells/cells/view_input/view_links"),
+                             map.find("pose_cells/cells/selector/selection")}) {
     if (rowsOf(table) == 0) continue;
     std::uint32_t largest = 0;
     for (const std::uint32_t number : table->get<std::vector<std::uint32_t>>("view_id")) {
@@ -48,9 +39,9 @@ struct Numbers {
   bool comparable = false;
 
   explicit Numbers(const State& map) {
-    const State* cells = find(map, {"pose_cells", "cells", "selector", "selection"});
-    const State* part = find(map, {"experience_map"});
-    const State* graph = find(map, {"experience_map", "map", "graph", "experiences"});
+    const State* cells = map.find("pose_cells/cells/selector/selection");
+    const State* part = map.find("experience_map");
+    const State* graph = map.find("experience_map/map/graph/experiences");
     comparable = cells != nullptr && graph != nullptr;
     if (!comparable) return;
     of_pose_cells = rowsOf(cells);

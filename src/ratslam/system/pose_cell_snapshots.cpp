@@ -3,10 +3,10 @@
 #include <sstream>
 
 #include "ratslam/common/atomic_file.h"
+#include "ratslam/common/stamp.h"
 #include "ratslam/common/state.h"
 #include "ratslam/common/text_file.h"
 #include "ratslam/dataset/csv.h"
-#include "ratslam/dataset/trajectory_io.h"
 
 namespace ratslam {
 

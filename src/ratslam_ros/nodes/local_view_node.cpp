@@ -20,9 +20,7 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
       picture_(handle, topicName(params_.topic_root, "LocalView/View")),
       odometry_(handle, topicName(params_.topic_root, "odom"), params_.sync_timeout,
                 [this](const OdometrySample& sample) {
-                  const SampleVerdict verdict = stage_.addOdometry(sample);
-                  std::vector<DecidedSample> verdicts = stage_.decided();
-                  verdicts.push_back({sample, verdict});
+                  std::vector<DecidedSample> verdicts = addTo(stage_, sample);
                   // If only the images' clock was set back, odometry that continues must not prevent the timeout.
                   if (drain() || !stage_.waitsForOdometryToGoBack()) odometry_timeout_.messageArrived();
                   return verdicts;

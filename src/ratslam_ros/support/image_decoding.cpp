@@ -1,6 +1,6 @@
 #include "ratslam_ros/support/image_decoding.h"
 
-#include "ratslam/dataset/trajectory_io.h"
+#include "ratslam/common/stamp.h"
 
 namespace ratslam {
 namespace {

@@ -59,4 +59,12 @@ void OrbOdometryParams::validate() const {
   }
 }
 
+void OrbOdometryParams::requireNoCameraFrame() const {
+  if (camera_frame.empty()) return;
+  throwBadValue(
+      "camera_frame", camera_frame,
+      "there is no tf here; leave it empty and set camera_x ... camera_yaw_deg to what ratslam_orb_vo says "
+      "when it has looked them up");
+}
+
 }  // namespace ratslam
