@@ -18,6 +18,14 @@ struct Cells {
     seen = cells.describe(image);
     return cells.observe(stamp, seen, image, ViewMotion::oneStep());
   }
+  void save(State& state) const {
+    cells.save(state.child("cells"));
+    state.set("seen", seen);
+  }
+  void load(const State& state) {
+    cells.load(state.child("cells"));
+    state.get("seen", seen);
+  }
 };
 
 py::array_t<float> arrayFrom(const ViewLikeness& likeness) {
@@ -76,14 +84,13 @@ Parameters by name: LocalViewCells(template_x_size=60, template_y_size=10, vt_ma
           "How like the last image each template is, (shifts, templates) of float32, more is more alike: the "
           "graded activity of equation (3).")
       .def(
-          "save", [](const Cells& cells) { return save(cells.cells, cells.cells.params()); },
-          "The state as bytes.")
+          "save", [](const Cells& cells) { return save(cells, cells.cells.params()); }, "The state as bytes.")
       .def(
           "load",
           [](Cells& cells, const py::bytes& bytes) {
-            LocalViewCells loaded(cells.cells.params());  // a refused state changes nothing
+            Cells loaded(cells.cells.params());  // a refused state changes nothing
             loaded.load(stateFrom(bytes, cells.cells.params()));
-            cells.cells = std::move(loaded);
+            cells = std::move(loaded);
           },
           py::arg("state"));
 }

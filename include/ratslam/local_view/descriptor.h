@@ -22,6 +22,28 @@ struct View {
   std::vector<ViewVariant> variants;
   /// False if the image shows nothing: such a view is neither learned nor recalled.
   bool textured = true;
+
+  template <class Fields>
+  void stateFields(Fields&& fields) {
+    std::vector<double> values;
+    std::vector<double> turns;
+    std::vector<double> priors;
+    for (const ViewVariant& variant : variants) {
+      values.insert(values.end(), variant.values.begin(), variant.values.end());
+      turns.push_back(variant.relative_rad);
+      priors.push_back(variant.prior);
+    }
+    fields("textured", textured);
+    fields("values", values);
+    fields("turns", turns);
+    fields("priors", priors);
+    variants.resize(turns.size());
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+      const auto length = static_cast<std::ptrdiff_t>(values.size() / turns.size());
+      const auto first = values.begin() + static_cast<std::ptrdiff_t>(i) * length;
+      variants[i] = {{first, first + length}, turns[i], priors.at(i)};
+    }
+  }
 };
 
 class ViewDescriptor {

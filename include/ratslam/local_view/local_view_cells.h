@@ -69,6 +69,9 @@ class LocalViewCells {
   /// Allows another size of the next image. Learned views are kept: their size does not depend on it.
   void acceptAnotherSize() { image_size_ = cv::Size(); }
 
+  /// To be called when the robot goes on from an unknown position (PlaceBelief::wakeUp).
+  void wakeUp() { belief_.wakeUp(); }
+
   /// Whether to learn views that are not recalled. If not, they make no view cell active (kNoView).
   void setLearning(bool learning) { learning_ = learning; }
   bool learning() const { return learning_; }

@@ -53,8 +53,8 @@ class LocalViewStage {
 
   /// kTimeWentBack: the stream has been reset, and this sample sets the clock.
   SampleVerdict addOdometry(const OdometrySample& sample);
-  /// Samples that were held by their stamps and have been decided since the last call of addOdometry (event_gate.h).
-  const std::vector<DecidedSample>& decided() const { return decided_; }
+  /// Samples that were held by their stamps and have been decided (event_gate.h).
+  std::vector<DecidedSample> takeDecided();
   /// Announces an image of this stamp, which may decide on a held sample.
   void expect(Stamp stamp) { gate_.expect(stamp); }
   /// To be called after the last sample.
@@ -65,6 +65,9 @@ class LocalViewStage {
 
   /// Observations of the images that pass, oldest first. All pass if no odometry is needed.
   std::vector<ViewObservation> drain(Passing which = Passing::kReached);
+
+  /// Epoch of dead reckoning to which the next view belongs (recall/place_graph.h).
+  std::uint32_t epoch() const { return epoch_ + static_cast<std::uint32_t>(gate_.beginnings()); }
 
   std::size_t waitingImages() const { return gate_.size(); }
   std::vector<Stamp> waitingStamps() const { return gate_.waitingStamps(); }
@@ -136,11 +139,12 @@ class LocalViewStage {
   TimedChanges<LocalViewParams> changes_;
   std::unique_ptr<RecallCheck> recall_check_;  ///< only with vt_verify, once the camera is known
   EventGate<WaitingView> gate_;
+  std::uint64_t beginnings_ = 0;  ///< times that the odometry's time had begun anew at the last view
   std::vector<DecidedSample> decided_;
   std::deque<Certainty> certainties_;  ///< of the samples that no view has used yet
   std::optional<Stamp> last_sample_;
   std::uint32_t source_epoch_ = 0;  ///< of the last sample
-  std::uint32_t epoch_ = 0;         ///< changes with the source's and when time goes back
+  std::uint32_t epoch_ = 0;  ///< changes with the source's, after unmeasured motion and with interrupt()
 };
 
 }  // namespace ratslam

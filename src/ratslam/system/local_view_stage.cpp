@@ -21,32 +21,20 @@ GeometrySource geometrySource(const ViewRecallParams& recall, const RecallGeomet
 
 template <class Fields>
 void LocalViewStage::WaitingView::stateFields(Fields&& fields) {
-  std::vector<double> values;
-  std::vector<double> turns;
-  std::vector<double> priors;
-  for (const ViewVariant& variant : view.variants) {
-    values.insert(values.end(), variant.values.begin(), variant.values.end());
-    turns.push_back(variant.relative_rad);
-    priors.push_back(variant.prior);
-  }
   std::vector<int> form{image.rows, image.cols, image.type()};
   std::vector<std::uint8_t> pixels;
   if (!image.empty()) pixels.assign(image.datastart, image.dataend);
   fields("stamp", stamp);
-  fields("textured", view.textured);
-  fields("values", values);
-  fields("turns", turns);
-  fields("priors", priors);
+  view.stateFields(fields);
   fields("image", form);
   fields("pixels", pixels);
-  view.variants.resize(turns.size());
-  for (std::size_t i = 0; i < turns.size(); ++i) {
-    const auto length = static_cast<std::ptrdiff_t>(values.size() / turns.size());
-    const auto first = values.begin() + static_cast<std::ptrdiff_t>(i) * length;
-    view.variants[i] = {{first, first + length}, turns[i], priors.at(i)};
-  }
   if (pixels.empty() || !image.empty()) return;
-  image.create(form.at(0), form.at(1), form.at(2));
+  if (form.size() != 3 || form[0] < 1 || form[1] < 1 || (form[2] & CV_MAT_TYPE_MASK) != form[2] ||
+      static_cast<std::uint64_t>(form[0]) * static_cast<std::uint64_t>(form[1]) * CV_ELEM_SIZE(form[2]) !=
+          pixels.size()) {
+    throw std::runtime_error("state: the pixels of a waiting image do not fit its size");
+  }
+  image.create(form[0], form[1], form[2]);
   std::copy(pixels.begin(), pixels.end(), image.data);
 }
 
@@ -61,7 +49,6 @@ void LocalViewStage::setCamera(const CameraModel& camera) {
 SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
   if (!needsOdometry()) return SampleVerdict::kAccepted;
   followDecided();  // those that an event has decided
-  decided_.clear();
   const std::uint64_t unmeasured = gate_.odometry().unmeasured();
   const SampleVerdict verdict = gate_.addOdometry(sample);
   std::uint64_t before = 0;
@@ -75,6 +62,11 @@ std::vector<DecidedSample> LocalViewStage::followDecided() {
   for (const DecidedSample& held : decided) follow(held.sample, held.verdict, held.unmeasured);
   decided_.insert(decided_.end(), decided.begin(), decided.end());
   return decided;
+}
+
+std::vector<DecidedSample> LocalViewStage::takeDecided() {
+  followDecided();
+  return std::exchange(decided_, {});
 }
 
 void LocalViewStage::endOdometry() {
@@ -177,6 +169,7 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
 ViewObservation LocalViewStage::process(const WaitingView& waiting) {
   changes_.applyBefore(waiting.stamp, cells_);
   followDecided();
+  if (std::exchange(beginnings_, gate_.beginnings()) != gate_.beginnings()) cells_.wakeUp();
   const ViewMotion motion = needsOdometry() ? motionUntil(waiting.stamp) : ViewMotion{};
   ViewObservation observation;
   const bool checked = recall_check_ && waiting.view.textured;
@@ -193,10 +186,12 @@ ViewObservation LocalViewStage::process(const WaitingView& waiting) {
 }
 
 void LocalViewStage::interrupt() {
+  epoch_ = epoch() + 1;  // another one than that of any view so far
   gate_ = EventGate<WaitingView>(false, stream_);
   certainties_.clear();
   last_sample_.reset();
-  ++epoch_;
+  beginnings_ = 0;
+  cells_.wakeUp();
 }
 
 void LocalViewStage::save(State& state) const {
@@ -208,6 +203,7 @@ void LocalViewStage::save(State& state) const {
   streams.set("last_sample", last_sample_);
   streams.set("source_epoch", source_epoch_);
   streams.set("epoch", epoch_);
+  streams.set("beginnings", beginnings_);
 }
 
 void LocalViewStage::load(const State& state) {
@@ -219,6 +215,7 @@ void LocalViewStage::load(const State& state) {
   streams.get("last_sample", last_sample_);
   streams.get("source_epoch", source_epoch_);
   streams.get("epoch", epoch_);
+  streams.get("beginnings", beginnings_);
 }
 
 }  // namespace ratslam

@@ -231,7 +231,7 @@ class Replay {
     known_.pose_cells.interrupt();
     known_.map.interrupt();
     known_.local_view.interrupt();
-    ++epoch_;
+    epoch_ = known_.local_view.epoch();
     shown_.reset();
     moved_ = {};
     moved_.assumed = true;

@@ -94,13 +94,15 @@ TEST(PlaceBelief, AStreetThatLooksTheSameRoundTheCornerIsAnotherOne) {
 }
 
 /// What is believed of the place after a stretch, once the robot has gone on from the place before it again and seen nothing.
-double beliefBeyond(double unmeasured) {
+/// @param left  the robot was carried away before that place
+double beliefBeyond(double unmeasured, bool left = false) {
   constexpr std::uint32_t kStretch = 150;
   PlaceBelief belief;
   ViewMotion step;
   step.forward = kStep;
   for (std::uint32_t place = 0; place < kPlaces; ++place) {
-    if (place == kStretch && unmeasured > 0.0) ++step.epoch;
+    if (place == kStretch && (unmeasured > 0.0 || left)) ++step.epoch;
+    if (place == kStretch && left) belief.wakeUp();
     step.unmeasured = place == kStretch ? unmeasured : 0.0;
     belief.move(step, 0.5);
     belief.arrive(place);
@@ -119,6 +121,8 @@ TEST(PlaceBelief, NoWayLeadsAcrossAStretchThatNobodyMeasured) {
   EXPECT_GT(beliefBeyond(0.0), 0.7);
   EXPECT_LT(beliefBeyond(40.0), 0.1);
 }
+
+TEST(PlaceBelief, NoWayLeadsToWhereTheRobotWasCarried) { EXPECT_LT(beliefBeyond(0.0, true), 0.1); }
 
 /// The odometry is silent while images come: what is seen leads on, though nobody says that the robot moves.
 TEST(PlaceBelief, FollowsTheViewsAlongAStretchThatNobodyMeasures) {

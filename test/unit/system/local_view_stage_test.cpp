@@ -40,6 +40,33 @@ TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
   EXPECT_EQ(stage.drain().size(), 1U);
 }
 
+/// Places of different drives must not be compared by dead reckoning.
+TEST(LocalViewStage, AnInterruptionBeginsAnEpochThatNoViewHasHad) {
+  LocalViewParams params;
+  params.recall.kind = "belief";
+  params.view_template.x_size = 60;
+  params.view_template.y_size = 10;
+  LocalViewStage stage(params, RecallGeometryParams{});
+  OdometrySample sample;
+  sample.speed = 1.0;
+  ImageFrame frame;
+  frame.image = cv::Mat(240, 320, CV_8UC1);
+  std::uint32_t largest = stage.epoch();
+  for (int lap = 0; lap < 3; ++lap) {  // of a looped bag
+    for (int k = 1; k <= 50; ++k) {
+      sample.stamp = frame.stamp = k * (kSecond / 10);
+      cv::randu(frame.image, 0, 255);
+      stage.addOdometry(sample);
+      stage.addFrame(frame);
+      stage.drain();
+      largest = std::max(largest, stage.epoch());
+    }
+  }
+  ASSERT_GE(largest, 2U);
+  stage.interrupt();
+  EXPECT_GT(stage.epoch(), largest);
+}
+
 /// Who has slept knows no longer where the places are: it must not exclude those where the robot is now. What it saw
 /// meanwhile lies apart from both.
 TEST(LocalViewStage, ASilenceOfTheOdometryBreaksDeadReckoning) {

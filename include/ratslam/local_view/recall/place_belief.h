@@ -145,6 +145,8 @@ class PlaceBelief {
 
     double standardised(float value) const { return (static_cast<double>(value) - mean) / deviation; }
   };
+  /// No link will lead from the last place to the next one.
+  void leave();
   static Spread spreadOf(const ViewLikeness& likeness);
   bool atKnownPlace() const { return at_ && !at_new_; }  // at the last view
   bool excluded(std::uint32_t place) const;

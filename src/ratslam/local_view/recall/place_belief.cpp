@@ -104,10 +104,7 @@ void PlaceBelief::move(const ViewMotion& motion, double novelty) {
   novelty_since_arrival_ += novelty;
   const double measured = motion.forward_variance ? std::sqrt(*motion.forward_variance) : by_default;
   const double sigma = std::max(measured, motion.unmeasured);
-  if (motion.unmeasured > 0.0) {
-    at_.reset();
-    since_arrival_ = novelty_since_arrival_ = 0.0;
-  }
+  if (motion.unmeasured > 0.0) leave();
   added_.clear();
   for (const PlaceMass& from : active_) handOn(from, motion.forward, sigma);
   unknown_ += kLeave * novelty_ * (1.0 - unknown_);
@@ -300,13 +297,17 @@ void PlaceBelief::arrive(std::uint32_t place) {
   since_arrival_ = novelty_since_arrival_ = 0.0;
 }
 
+void PlaceBelief::leave() {
+  at_.reset();
+  since_arrival_ = novelty_since_arrival_ = 0.0;
+}
+
 void PlaceBelief::wakeUp() {
   active_.clear();
   waking_ = true;
   unknown_ = 1.0;
   variants_.clear();
-  at_.reset();
-  since_arrival_ = novelty_since_arrival_ = 0.0;
+  leave();
   ++here_.epoch;
 }
 
