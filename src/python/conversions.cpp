@@ -72,7 +72,7 @@ cv::Mat imageFrom(const py::array& array) {
   if (!whole) throw std::bad_alloc();
   const cv::Mat image(static_cast<int>(whole.shape(0)), static_cast<int>(whole.shape(1)), type,
                       const_cast<void*>(whole.data()));
-  return whole.ptr() == array.ptr() ? image : image.clone();
+  return image.clone();  // the models keep it, and the caller's array may be freed or filled anew
 }
 
 py::array_t<std::uint8_t> arrayFrom(const cv::Mat& image) {
