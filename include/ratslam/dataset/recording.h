@@ -6,6 +6,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <opencv2/core.hpp>
@@ -64,7 +65,8 @@ class DecodeAhead {
   DecodeAhead(const DecodeAhead&) = delete;
   DecodeAhead& operator=(const DecodeAhead&) = delete;
 
-  /// The next item; none at the end. @throws the exception of the recording, if it could not read
+  /// The next item; none at the end. @throws the exception of the recording if it could not read on, after all items
+  /// before it
   std::optional<DecodedItem> next();
 
   /// Decoding time of all threads so far [s]. It never influences a result.
@@ -87,6 +89,7 @@ class DecodeAhead {
   std::deque<std::shared_ptr<Slot>> slots_;  ///< in the recording's order
   std::deque<std::shared_ptr<Slot>> to_decode_;
   bool at_end_ = false;
+  std::exception_ptr failure_;  ///< why the recording ended early
   bool stopping_ = false;
   double decoding_seconds_ = 0.0;
   std::size_t depth_;

@@ -1,11 +1,16 @@
 #include "ratslam/common/worker_pool.h"
 
+#include <system_error>
 #include <utility>
 
 namespace ratslam {
 
 WorkerPool::WorkerPool(int threads) {
-  for (int i = 1; i < threads; ++i) threads_.emplace_back([this] { work(); });
+  try {
+    for (int i = 1; i < threads; ++i) threads_.emplace_back([this] { work(); });
+  } catch (const std::system_error&) {
+    // The system allows no more threads. Fewer give the same results.
+  }
 }
 
 WorkerPool::~WorkerPool() {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <stdexcept>
+#include <system_error>
 
 namespace ratslam {
 
@@ -19,7 +21,13 @@ DecodedImage decodeNow(const RecordedImage& encoded) {
 
 DecodeAhead::DecodeAhead(Recording& recording, int threads)
     : recording_(recording), depth_(static_cast<std::size_t>(4 * std::max(threads, 1))) {
-  for (int i = 0; i < std::max(threads, 1); ++i) threads_.emplace_back([this] { work(); });
+  try {
+    for (int i = 0; i < std::max(threads, 1); ++i) threads_.emplace_back([this] { work(); });
+  } catch (const std::system_error& error) {  // fewer threads give the same results
+    if (threads_.empty()) {
+      throw std::runtime_error(std::string("no thread can be started that decodes images: ") + error.what());
+    }
+  }
 }
 
 DecodeAhead::~DecodeAhead() {
@@ -34,7 +42,10 @@ DecodeAhead::~DecodeAhead() {
 std::optional<DecodedItem> DecodeAhead::next() {
   std::unique_lock<std::mutex> lock(mutex_);
   fill(lock);
-  if (slots_.empty()) return std::nullopt;
+  if (slots_.empty()) {
+    if (failure_) std::rethrow_exception(failure_);
+    return std::nullopt;
+  }
   const std::shared_ptr<Slot> slot = slots_.front();
   wake_reader_.wait(lock, [&slot] { return slot->done; });
   slots_.pop_front();
@@ -49,7 +60,12 @@ double DecodeAhead::decodingSeconds() const {
 void DecodeAhead::fill(std::unique_lock<std::mutex>& lock) {
   while (!at_end_ && slots_.size() < depth_) {
     lock.unlock();  // reading may wait for a disk, and the workers continue meanwhile
-    std::optional<RecordedItem> item = recording_.next();
+    std::optional<RecordedItem> item;
+    try {
+      item = recording_.next();
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
     lock.lock();
     if (!item) {
       at_end_ = true;

@@ -77,6 +77,31 @@ TEST_F(DatasetTest, KittiFolderHandsOutImagesInOrderHoweverManyThreadsDecode) {
   }
 }
 
+/// A bag that is cut off: what was read before the cut must not depend on how far the threads were ahead.
+TEST(DecodeAhead, HandsOutAllThatWasReadBeforeAFailure) {
+  struct CutOff : Recording {
+    int read = 0;
+    std::optional<RecordedItem> next() override {
+      if (read == 5) throw std::runtime_error("cut off");
+      RecordedImage image;
+      image.stamp = ++read;
+      image.decode = [] { return cv::Mat(2, 2, CV_8UC1, cv::Scalar(0)); };
+      return image;
+    }
+    std::size_t imageCount() const override { return 9; }
+  };
+  for (const int threads : {1, 2, 8}) {
+    CutOff recording;
+    DecodeAhead ahead(recording, threads);
+    for (Stamp stamp = 1; stamp <= 5; ++stamp) {
+      const auto item = ahead.next();
+      ASSERT_TRUE(item.has_value());
+      EXPECT_EQ(std::get<DecodedImage>(*item).stamp, stamp);
+    }
+    EXPECT_THROW(ahead.next(), std::runtime_error);
+  }
+}
+
 TEST_F(DatasetTest, DecodingCanBeAbandonedMidway) {
   writeImages(9);
   write("times.txt", "0\n1\n2\n3\n4\n5\n6\n7\n8\n");
