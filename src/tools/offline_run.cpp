@@ -77,13 +77,7 @@ std::unique_ptr<Pipeline> makePipeline(const RunOptions& options, const Pipeline
   const auto camera = needed ? chooseCamera(options, params, recording) : std::nullopt;
   const auto doubt = camera ? camera->doubt() : std::nullopt;
   if (doubt) say(options.input + ": " + *doubt);
-  const std::string& frame = params.odometry.of<OrbOdometryParams>().camera_frame;
-  if (kind.name == "orb" && !frame.empty()) {
-    throwBadValue(
-        "camera_frame", frame,
-        "there is no tf here; leave it empty and set camera_x ... camera_yaw_deg to what ratslam_orb_vo "
-        "says when it has looked them up");
-  }
+  if (kind.name == "orb") params.odometry.of<OrbOdometryParams>().requireNoCameraFrame();
   std::unique_ptr<OdometrySource> source;
   if (kind.origin == OdometryOrigin::kImages) source = params.odometry.make(kind, camera);
   return std::make_unique<Pipeline>(params, std::move(source), camera);
@@ -166,6 +160,7 @@ OfflineRun::OfflineRun(const RunOptions& options)
   }
   if (!options.save_map
            .empty()) {  // the last step, because an error before it must not leave an empty map file
+    map_is_new_ = !std::filesystem::exists(options.save_map);
     map_lock_ = std::make_unique<MapLock>(options.save_map);
     map_writer_ = std::make_unique<MapWriter>(options.save_map);
   }
@@ -229,6 +224,14 @@ bool OfflineRun::saveMap() const {
   }
 }
 
+std::string OfflineRun::withoutMap() {
+  map_writer_.reset();
+  if (!map_is_new_) return options_.save_map + " stays as it was";
+  std::error_code ignored;  // an empty map file that cannot be removed stays
+  std::filesystem::remove(options_.save_map, ignored);
+  return options_.save_map + " is not written";
+}
+
 std::size_t OfflineRun::totalFrames() const {
   const std::size_t all = recording_->imageCount() - std::min(options_.from_frame, recording_->imageCount());
   return options_.max_frames == 0 ? all : std::min(options_.max_frames, all);
@@ -269,7 +272,7 @@ bool OfflineRun::run() {
   follow(pipeline_->endOdometry());
   finish(decoding_seconds);
   sayWhatWasLeft();
-  if (nothing) say(*nothing + (kept ? "" : "; " + options_.save_map + " stays as it was"));
+  if (nothing) say(*nothing + (kept ? "" : "; " + withoutMap()));
   return failure.empty() && !nothing && kept && !snapshotsAreMissing();
 }
 
@@ -326,6 +329,11 @@ void OfflineRun::sayWhatWasLeft() const {
         " times; each time they started again at the last best estimate");
   }
   sayWhatOdometryLacks();
+  if (cells_ && cells_->leftOut() > 0) {
+    say("pose_cells.npz: full with " + std::to_string(cells_->size()) +
+        " snapshots, since it may have 4 GB: the last " + std::to_string(cells_->leftOut()) +
+        " are left out; take fewer with --pose-cells-every");
+  }
   // If the map is saved, a later run may reach the later changes.
   const auto unreached =
       last_stamp_ && options_.save_map.empty() ? changesNeverReached(changes_, *last_stamp_) : std::nullopt;

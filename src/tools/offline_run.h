@@ -34,6 +34,8 @@ class OfflineRun {
   void sayWhatIsForNodes() const;
   /// @return false if the map was to be saved and could not be; the reason has been printed
   bool saveMap() const;
+  /// Ends a run that has mapped nothing. @return what becomes of the map file
+  std::string withoutMap();
   void addImage(const DecodedImage& image);
   void follow(const Pipeline::Progress& progress);
   void finish(double decoding_seconds);
@@ -55,6 +57,7 @@ class OfflineRun {
   std::vector<MapSession> sessions_;  ///< before this run
   std::unique_ptr<MapLock> map_lock_;
   std::unique_ptr<MapWriter> map_writer_;
+  bool map_is_new_ = false;  ///< the file did not exist before
   std::optional<Stamp> first_stamp_;
   std::optional<Stamp> last_stamp_;
   std::size_t taken_ = 0;  ///< number of images of this run

@@ -162,6 +162,10 @@ void exportStretches(std::ostream& first, const std::string& path,
     std::cout << name << ": stretch " << number + 1 << " of " << stretches.size()
               << ", whose stamps go back behind those before\n";
   }
+  std::error_code ignored;  // a file of an earlier export that cannot be removed stays
+  for (std::size_t number = stretches.size(); std::filesystem::remove(stretchName(path, number), ignored);
+       ++number) {
+  }
 }
 
 void exportMap(const Options& options) {

@@ -41,18 +41,25 @@ class Deflater {
 
 class PoseCellRecording {
  public:
-  /// @param every  number of views from one snapshot to the next, at least 1
-  explicit PoseCellRecording(std::size_t every) : every_(every) {}
+  /// Sizes in a zip file have 32 bits. Compression makes incompressible data larger by less than a percent.
+  static constexpr std::uint64_t kMost = 4200000000;
 
-  /// Offers the activity after a view event. The first one is always kept.
+  /// @param every  number of views from one snapshot to the next, at least 1
+  /// @param most   size of all snapshots before compression [bytes], at most kMost
+  explicit PoseCellRecording(std::size_t every, std::uint64_t most = kMost) : every_(every), most_(most) {}
+
+  /// Offers the activity after a view event. The first one is always kept; a snapshot that would exceed the size is not.
   void add(Stamp stamp, const ActivityGrid& activity);
   std::size_t size() const { return stamps_.size(); }
+  /// Number of snapshots that were not kept, because the file is full.
+  std::size_t leftOut() const { return left_out_; }
 
-  /// @throws std::runtime_error if the file would exceed 4 GB
   void write(std::ostream& file);
 
  private:
   std::size_t every_;
+  std::uint64_t most_;
+  std::size_t left_out_ = 0;
   std::size_t views_ = 0;
   std::vector<Stamp> stamps_;
   std::vector<int> shape_;  ///< of one snapshot

@@ -2,7 +2,6 @@
 
 #include <zlib.h>
 
-#include <limits>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -74,10 +73,6 @@ class Archive {
     put(directory_, begin, 4);
     directory_.insert(directory_.end(), name.begin(), name.end());
     ++files_;
-    if (header.size() + numbers.size() > std::numeric_limits<std::uint32_t>::max() ||
-        bytes_.size() > std::numeric_limits<std::uint32_t>::max()) {
-      throw std::runtime_error("the pose cells' activity would pass 4 GB: keep fewer snapshots");
-    }
   }
 
   Bytes finish() {
@@ -143,9 +138,13 @@ const std::vector<std::uint8_t>& Deflater::finish() {
 
 void PoseCellRecording::add(Stamp stamp, const ActivityGrid& activity) {
   if (views_++ % every_ != 0) return;
+  const std::size_t cells = activity.offset(activity.nTh(), 0);
+  if (activity_.size() + cells * sizeof(float) > most_) {
+    ++left_out_;
+    return;
+  }
   stamps_.push_back(stamp);
   shape_ = {activity.nTh(), activity.nXy(), activity.nXy()};
-  const std::size_t cells = activity.offset(activity.nTh(), 0);
   const std::vector<float> values(activity.data(), activity.data() + cells);
   activity_.add(values.data(), values.size() * sizeof(float));
 }

@@ -54,7 +54,10 @@ class FileSet {
   template <class Stamped, class Write>
   void addStretches(const std::string& name, const std::vector<Stamped>& values, Write write) {
     const auto stretches = stretchesOf(values);
-    for (std::size_t i = 0; i < stretches.size(); ++i) write(add(stretchName(name, i)), stretches[i]);
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      write(add(stretchName(name, i)), stretches[i]);
+      files_.back()->close();  // a process may have few files open at once, and there may be many stretches
+    }
   }
   void adopt(const char* name, AtomicFile& file) {
     adopted_.push_back(&file);

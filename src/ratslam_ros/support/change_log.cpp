@@ -17,11 +17,16 @@ ChangeLog::ChangeLog(ros::NodeHandle handle, const std::string& topic)
           })) {}
 
 void ChangeLog::write(const std::string& file) const {
-  if (changes_.empty()) return;
+  const std::string path = trajectoryFiles(file, "tum").changes;
+  if (changes_.empty()) {
+    std::error_code ignored;  // a file of an earlier run that cannot be removed stays
+    std::filesystem::remove(path, ignored);
+    return;
+  }
   std::vector<ParameterChange> sorted = changes_;
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const auto& first, const auto& second) { return first.after < second.after; });
-  AtomicFile out(trajectoryFiles(file, "tum").changes);
+  AtomicFile out(path);
   out.stream() << "after_ns,name,value\n";
   for (const ParameterChange& change : sorted) {
     out.stream() << change.after << ',' << change.name << ',' << change.value << '\n';

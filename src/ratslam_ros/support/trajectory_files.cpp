@@ -49,6 +49,7 @@ TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& f
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       const std::string name = stretchName(path, i);
       writeTum(add(name), stretches[i]);
+      all.back()->close();  // a process may have few files open at once, and there may be many stretches
       names += (names.empty() ? "" : ", ") + name;
     }
     for (std::size_t i = stretches.size(); std::filesystem::exists(stretchName(path, i)); ++i) {
