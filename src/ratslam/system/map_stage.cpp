@@ -11,7 +11,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 9;
+constexpr std::uint32_t kStateVersion = 10;
 constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
 
 constexpr std::uint32_t kMostExperiences = 10'000'000;
@@ -102,6 +102,7 @@ void MapStage::save(State& state) const {
   std::vector<RecallGeometry> geometry;
   for (const auto& [stamp, measured] : geometry_) geometry.push_back(measured);
   state.set("geometry", geometry);
+  state.set("newest_geometry", newest_geometry_);
   state.set("started", started_);
   state.set("last_processed", last_processed_);
   state.set("session", session_);
@@ -120,6 +121,7 @@ void MapStage::load(const State& state) {
   for (const RecallGeometry& measured : state.get<std::vector<RecallGeometry>>("geometry")) {
     geometry_[measured.stamp] = measured;
   }
+  state.get("newest_geometry", newest_geometry_);
   state.get("started", started_);
   state.get("last_processed", last_processed_);
   state.get("session", session_);

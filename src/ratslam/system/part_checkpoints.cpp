@@ -28,11 +28,6 @@ std::uint64_t numberOf(const MapCheckpoint& checkpoint) {
   return number;
 }
 
-std::string secondsText(Stamp stamp) {
-  const std::string nanoseconds = std::to_string(1'000'000'000 + stamp % 1'000'000'000).substr(1);
-  return std::to_string(stamp / 1'000'000'000) + '.' + nanoseconds + " s";
-}
-
 }  // namespace
 
 struct PartCheckpoints::Impl {
@@ -77,7 +72,10 @@ struct PartCheckpoints::Impl {
       std::optional<std::string> why = write(*checkpoint);
       guard.lock();
       writing = false;
-      if (why) failure = why;
+      if (why)
+        failure = why;
+      else
+        written = numberOf(*checkpoint);
       changed.notify_all();
     }
   }
@@ -95,12 +93,19 @@ struct PartCheckpoints::Impl {
     }
   }
 
+  /// The name, or the name with the first number that makes it that of no file.
+  static std::string freeName(const std::string& name) {
+    std::string free = name;
+    for (int number = 2; std::filesystem::exists(free); ++number) free = name + std::to_string(number);
+    return free;
+  }
+
   /// Opens a file for writing. A damaged file is renamed first; the other file still holds a checkpoint.
   static std::unique_ptr<MapWriter> openWriter(const std::string& path) {
     try {
       if (std::filesystem::exists(path)) loadMapFile(path);
     } catch (const std::runtime_error&) {
-      std::filesystem::rename(path, path + ".damaged");
+      std::filesystem::rename(path, freeName(path + ".damaged"));
     }
     return std::make_unique<MapWriter>(path);
   }
@@ -114,9 +119,11 @@ struct PartCheckpoints::Impl {
     changed.notify_all();
   }
 
-  void waitUntilWritten() {
+  /// @return whether the newest checkpoint is on the disk
+  bool waitUntilWritten() {
     std::unique_lock<std::mutex> guard(mutex);
     changed.wait(guard, [this] { return !waiting && !writing; });
+    return written == number;
   }
 
   MapCheckpoint take(Stamp stamp, const Save& save) const {
@@ -143,6 +150,7 @@ struct PartCheckpoints::Impl {
   std::condition_variable changed;
   std::unique_ptr<MapCheckpoint> waiting;
   bool writing = false;
+  std::uint64_t written = 0;  ///< number of the newest checkpoint on the disk
   bool ending = false;
   std::optional<std::string> failure;
 };
@@ -178,7 +186,7 @@ std::optional<State> PartCheckpoints::resume(const std::function<void(const std:
     return std::nullopt;
   }
   requireParameters(impl_->paths[best_turn], *best, impl_->settings.parameters);
-  report(impl_->paths[best_turn] + ": resumed from the checkpoint at " + secondsText(best->stamp));
+  report(impl_->paths[best_turn] + ": resumed from the checkpoint at " + formatStamp(best->stamp) + " s");
   impl_->next_turn = 1 - best_turn;
   impl_->number = numberOf(*best);
   impl_->sessions = best->sessions;
@@ -205,8 +213,7 @@ std::optional<std::string> PartCheckpoints::whyNothingIsSaved() const {
 void PartCheckpoints::saveNow(const Save& save) {
   if (whyNothingIsSaved()) return;
   impl_->hand(impl_->take(*impl_->newest, save));
-  impl_->waitUntilWritten();
-  if (const auto why = takeFailure()) throw std::runtime_error(*why);
+  if (!impl_->waitUntilWritten()) throw std::runtime_error(takeFailure().value_or("checkpoint lost"));
 }
 
 void PartCheckpoints::saveTo(const std::string& path, const Save& save) const {

@@ -16,7 +16,11 @@ SqliteDatabase::SqliteDatabase(const std::string& path, Access access) : path_(p
     fail("it is no regular file (a pipe or a device)");
   }
   sqlite3* opened = nullptr;
-  const int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  // A save that was interrupted has left a journal. Whoever reads next undoes it, and must be allowed to write for that.
+  const bool interrupted = fs::exists(path + "-journal", error);
+  const int flags = write         ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE
+                    : interrupted ? SQLITE_OPEN_READWRITE
+                                  : SQLITE_OPEN_READONLY;
   const int result = sqlite3_open_v2(path.c_str(), &opened, flags, nullptr);
   handle_.reset(opened);
   if (result != SQLITE_OK) failWithReport(write ? "cannot open it for writing" : "cannot open it");
@@ -52,7 +56,8 @@ void SqliteDatabase::failWithReport(const std::string& doing) const {
     case SQLITE_FULL:
       fail("the disk is full: the file holds the checkpoint before");
     case SQLITE_READONLY:
-      fail("the file or its folder cannot be written");
+      fail(std::string("the file or its folder cannot be written") +
+           (fs::exists(path_ + "-journal") ? ", which is needed to undo a save that was interrupted" : ""));
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       fail("another program writes to it");

@@ -119,7 +119,7 @@ void MapNode::watch() {
   went_on_without_.report(odometry_.topic() +
                           (geometry_ != GeometrySource::kNone ? " or LocalView/RecallGeometry" : "") +
                           " is silent: decisions are processed without it");
-  drain(Passing::kAll);
+  guard_.run(decisions_watch_.topic(), [this] { drain(Passing::kAll); });
 }
 
 std::string MapNode::behind(const StreamPoint& last, Stamp last_change, bool all) const {

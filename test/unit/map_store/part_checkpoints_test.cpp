@@ -4,9 +4,11 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 namespace ratslam {
 namespace {
@@ -178,6 +180,41 @@ TEST_F(Counting, KeepsTheLastGoodCheckpointWhereTheDiskIsFull) {
   EXPECT_EQ(resumed(), 7);
   checkpoints.saveNow([](State& state) { state.set("count", std::int64_t{9}); });
   EXPECT_EQ(resumed(), 9) << "there is room again";
+}
+
+TEST_F(Counting, AnEarlierFailureIsNoFailureOfASaveThatSucceeds) {
+  run(0, 7, true);
+  PartCheckpoints checkpoints(settings_);
+  resume(checkpoints);
+  checkpoints.before(8 * kSecond, [](State& state) { state.set("count", std::int64_t{7}); });
+  {
+    const SizeLimit limit(100);
+    checkpoints.before(11 * kSecond, [](State& state) { state.set("count", std::int64_t{8}); });
+    EXPECT_THROW(checkpoints.saveNow([](State& state) { state.set("count", std::int64_t{8}); }),
+                 std::runtime_error);
+    checkpoints.before(16 * kSecond, [](State& state) { state.set("count", std::int64_t{8}); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // its writing fails
+  }
+  EXPECT_NO_THROW(checkpoints.saveNow([](State& state) { state.set("count", std::int64_t{9}); }));
+  EXPECT_TRUE(checkpoints.takeFailure()) << "that one was lost is still told";
+  EXPECT_EQ(resumed(), 9);
+}
+
+TEST_F(Counting, ADamagedFileDoesNotReplaceAnEarlierOne) {
+  for (int time = 0; time < 2; ++time) {
+    std::ofstream(folder_ / "pose_cells.a.db") << "damage " << time;
+    std::ofstream(folder_ / "pose_cells.b.db") << "damage " << time;
+    PartCheckpoints checkpoints(settings_);
+    resume(checkpoints);
+    for (const Stamp second : {1, 2}) {
+      checkpoints.before(second * kSecond, [](State& state) { state.set("count", std::int64_t{1}); });
+      checkpoints.saveNow([](State& state) { state.set("count", std::int64_t{1}); });
+    }
+  }
+  for (const char* name :
+       {"pose_cells.a.db.damaged", "pose_cells.a.db.damaged2", "pose_cells.b.db.damaged2"}) {
+    EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+  }
 }
 
 TEST_F(Counting, SaysWhyNothingIsSaved) {
