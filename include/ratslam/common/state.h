@@ -91,6 +91,8 @@ class State {
   State& child(const std::string& name);
   /// @throws std::runtime_error naming the child if it is missing
   const State& child(const std::string& name) const;
+  /// The State below this one at names joined by '/': "experience_map/graph". Null if it is missing.
+  const State* find(const std::string& path) const;
   bool hasChild(const std::string& name) const { return children_.count(name) + later_.count(name) > 0; }
   /// Stores a child that is computed when it is first read, in any thread. Replaces the entry of that name.
   /// @param fill  must own everything that it uses

@@ -23,6 +23,10 @@ std::vector<TextLine> readLines(const std::string& path);
 /// The text without blanks at its ends.
 std::string trimmed(const std::string& text);
 
+/// The number at the beginning of a text, as std::strtod reads it in the "C" locale, whatever the program's locale is.
+/// @param end  becomes the end of the number, or the text's beginning if there is none
+double toNumber(const char* text, char** end);
+
 /// Part of a file's text for a message: one line, not too long, printable characters only.
 std::string shown(const std::string& text);
 

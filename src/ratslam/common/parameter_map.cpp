@@ -25,7 +25,7 @@ namespace {
 bool parseDouble(const std::string& text, double& number) {
   if (text.empty()) return false;
   char* end = nullptr;
-  number = std::strtod(text.c_str(), &end);
+  number = toNumber(text.c_str(), &end);
   return end == text.c_str() + text.size();
 }
 

@@ -124,11 +124,13 @@ void State::fail(const std::string& name, const std::string& what) const {
 }
 
 void State::setLater(const std::string& name, std::function<void(State&)> fill) {
+  arrays_.erase(name);
   children_.erase(name);
   later_[name] = std::move(fill);
 }
 
 State& State::emptyChild(const std::string& name) {
+  arrays_.erase(name);
   children_.erase(name);
   later_.erase(name);
   return child(name);
@@ -162,6 +164,18 @@ const State& State::child(const std::string& name) const {
   return found->second;
 }
 
+const State* State::find(const std::string& path) const {
+  const State* found = this;
+  for (std::size_t begin = 0; begin < path.size();) {
+    const std::size_t end = std::min(path.find('/', begin), path.size());
+    const std::string name = path.substr(begin, end - begin);
+    if (!found->hasChild(name)) return nullptr;
+    found = &found->child(name);
+    begin = end + 1;
+  }
+  return found;
+}
+
 void State::requireVersion(std::uint32_t version) const {
   const auto written = get<std::uint32_t>("version");
   if (written != version) {
@@ -187,6 +201,8 @@ void State::setArray(const std::string& name, StateArray array) {
     fail(name,
          std::to_string(array.bytes.size()) + " bytes do not make " + describe(array.type, array.shape));
   }
+  children_.erase(name);
+  later_.erase(name);
   arrays_[name] = std::move(array);
 }
 

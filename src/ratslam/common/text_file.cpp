@@ -1,7 +1,10 @@
 #include "ratslam/common/text_file.h"
 
+#include <locale.h>
+
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -79,6 +82,11 @@ std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(kBlanks);
   if (first == std::string::npos) return "";
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+double toNumber(const char* text, char** end) {
+  static const locale_t kClassic = newlocale(LC_ALL_MASK, "C", nullptr);
+  return strtod_l(text, end, kClassic);
 }
 
 std::string shown(const std::string& text) {

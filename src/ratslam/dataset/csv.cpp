@@ -29,7 +29,7 @@ bool parseNumber(const std::string& text, double& number) {
   const std::string word = trimmed(text);
   if (word.empty() || word.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
   char* end = nullptr;
-  number = std::strtod(word.c_str(), &end);
+  number = toNumber(word.c_str(), &end);
   return *end == '\0' && std::isfinite(number);
 }
 
