@@ -42,6 +42,14 @@ def test_messages_of_another_type_among_the_images_are_skipped(tmp_path, honest)
     assert (first.secs, last.secs, end) == (100, 102, 104.0) and TOPIC in topics
 
 
+def test_a_bag_whose_chunks_do_not_lie_in_order_is_played_to_its_end(tmp_path):
+    with rosbag.Bag(str(tmp_path / "merged.bag"), "w", chunk_threshold=200) as bag:
+        for second in (*range(110, 120), *range(100, 110)):
+            bag.write(TOPIC, image(second), rospy.Time(second))
+    first, last, end, _ = played_bag.look_into(str(tmp_path / "merged.bag"), TOPIC)
+    assert (first.secs, last.secs, end) == (100, 119, 119.0)
+
+
 def test_images_without_stamps_are_images(tmp_path):
     write(tmp_path / "zero.bag", [(99, CompressedImage()), (101, CompressedImage())], False)
     first, last, _, _ = played_bag.look_into(str(tmp_path / "zero.bag"), TOPIC)

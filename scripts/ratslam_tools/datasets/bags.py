@@ -122,11 +122,19 @@ def _check_chunk(path: str, fields: dict, length: int) -> None:
         raise InputError(f"{path}: not a readable bag, or a damaged one: a chunk of {length} bytes claims {claimed}")
 
 
+def _sort(bag):
+    """Puts the messages of each topic in order of their record times, as `rosbag play` does. rosbag itself takes the
+    order of the file, in which a bag that was merged need not be."""
+    for index in bag._connection_indexes.values():  # pylint: disable=protected-access
+        index.sort(key=lambda entry: entry.time)
+
+
 @contextmanager
 def reading(path: str):
     """An open bag for reading. @throws InputError for any error of rosbag, also later while the bag is read."""
     with open_bag(path) as bag:
         try:
+            _sort(bag)
             yield bag
         except (InputError, MemoryError, KeyboardInterrupt):
             raise

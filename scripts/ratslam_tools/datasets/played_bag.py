@@ -33,7 +33,7 @@ def look_into(path, topic):
         if first is None:
             raise InputError(f"{path}: {topic} holds no readable {kind}: its messages are damaged or of another type")
         # Reads backwards in growing steps and not the whole bag, because record times and stamps may differ.
-        end, step = bag.get_end_time(), 1.0
+        end, step = _end_of(bag), 1.0
         while True:
             start = rospy.Time.from_sec(max(0.0, end - step))
             stamps = list(_stamps(bag, topic, kind, start))
@@ -46,6 +46,12 @@ def look_into(path, topic):
         rospy.logwarn("%s: %s: the first and last image are looked for; messages that are no %s, or damaged, were skipped: %d",
                       path, topic, kind, skipped)
     return first, last, end, topics
+
+
+def _end_of(bag):
+    """Record time of the bag's last message [s]. rosbag's get_end_time() is that of the chunk that lies last in the file."""
+    chunks = bag._chunks  # pylint: disable=protected-access
+    return max([chunk.end_time.to_sec() for chunk in chunks] + [bag.get_end_time()])
 
 
 def _stamps(bag, topic, kind, start=None):
