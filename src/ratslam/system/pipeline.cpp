@@ -129,6 +129,7 @@ std::vector<OdometrySample> Pipeline::takeDecided() {
   for (const DecidedSample& held : pose_cells_.takeDecided()) {
     if (isTaken(held.sample, held.verdict)) taken.push_back(held.sample);
   }
+  local_view_.takeDecided();
   map_.takeDecided();
   return taken;
 }
@@ -147,7 +148,7 @@ bool Pipeline::isTaken(const OdometrySample& sample, SampleVerdict verdict) {
 std::string Pipeline::firstDrop() const {
   const std::optional<Stamp> left_behind = pose_cells_.firstLeftBehind();
   if (!first_drop_.empty() || !left_behind) return first_drop_;
-  return "its stamp " + stampText(*left_behind) + " is older than one that came before";
+  return "its stamp " + formatStamp(*left_behind) + " is older than one that came before";
 }
 
 void Pipeline::interrupt() {
