@@ -18,6 +18,7 @@
 #include "ratslam/odometry/orb/orb_params.h"
 #include "ratslam/odometry/profile/profile_odometry.h"
 #include "ratslam/odometry/registry.h"
+#include "ratslam/system/map_fit.h"
 #include "ratslam/version.h"
 #include "ratslam_ros/support/node_params.h"
 
@@ -168,12 +169,17 @@ OfflineRun::OfflineRun(const RunOptions& options)
 
 void OfflineRun::loadMap(const OdometryKind& kind) {
   const MapCheckpoint map = loadMapFile(options_.load_map);
+  requireAllParts(options_.load_map, map.state);
   requireParameters(options_.load_map, map, map_parameters_);
   const std::optional<Stamp> next = stampOfNextImage(*openWithOdometry(options_, params_, kind));
   const double gap = next ? secondsBetween(map.stamp, *next) : 0.0;
   const bool has_run = map.state.hasChild("run");  // a pruned map has none
   const bool go_on = has_run && gap > 0.0 && gap <= params_.images.time_reset;
-  pipeline_->load(map.state, go_on);
+  try {
+    pipeline_->load(map.state, go_on);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(options_.load_map + ": " + error.what());
+  }
   sessions_ = map.sessions;
   if (has_run) log_->load(map.state.child("run").child("log"));
   if (go_on) {

@@ -2,9 +2,7 @@
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <optional>
 #include <tuple>
 
@@ -13,6 +11,7 @@
 #include "ratslam/common/paths.h"
 #include "ratslam/dataset/csv.h"
 #include "ratslam/dataset/trajectory_io.h"
+#include "ratslam/system/map_fit.h"
 #include "ratslam/system/map_merge.h"
 #include "ratslam/system/map_store.h"
 
@@ -41,6 +40,7 @@ struct Options {
 
 std::optional<Options> parse(int argc, char** argv) {
   Options options;
+  std::vector<std::string> more;
   po::options_description visible("Options");
   visible.add_options()("help,h", "this text")("out,o", po::value(&options.out), "file to write")(
       "format", po::value(&options.format), "of an export")(
@@ -50,9 +50,9 @@ std::optional<Options> parse(int argc, char** argv) {
       "clockwise from north [deg]; --anchor=-33.9,151.2,90 where it begins with a minus");
   po::options_description all;
   all.add(visible).add_options()("command", po::value(&options.command))("file", po::value(&options.file))(
-      "second", po::value(&options.second));
+      "second", po::value(&options.second))("more", po::value(&more));
   po::positional_options_description positional;
-  positional.add("command", 1).add("file", 1).add("second", 1);
+  positional.add("command", 1).add("file", 1).add("second", 1).add("more", -1);
   po::variables_map values;
   const int style = po::command_line_style::default_style ^ po::command_line_style::allow_guessing;
   po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
@@ -69,6 +69,10 @@ std::optional<Options> parse(int argc, char** argv) {
     throw std::invalid_argument(options.command == "merge"
                                     ? "merge needs two map files"
                                     : options.second + ": " + options.command + " takes one map file");
+  }
+  if (!more.empty()) {
+    throw std::invalid_argument(more.front() +
+                                ": merge takes two map files; merge their result with the next one");
   }
   const bool writes = options.command == "merge" || options.command == "prune" || options.command == "export";
   for (const auto& [name, given, used] :
@@ -98,11 +102,6 @@ int check(const Options& options) {
   return faults.empty() ? 0 : 1;
 }
 
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 void requireOut(const Options& options) {
   if (options.out.empty()) throw std::invalid_argument(options.command + " needs -o FILE");
   if (samePlace(options.out, options.file) || samePlace(options.out, options.second))
@@ -126,9 +125,11 @@ void prune(const Options& options) {
 void merge(const Options& options) {
   requireOut(options);
   const MapCheckpoint first = loadMapFile(options.file);
-  if (samePlace(options.file, options.second) || contentOf(options.file) == contentOf(options.second))
-    throw std::invalid_argument(options.second + ": it is the same map as " + options.file);
   const MapCheckpoint second = loadMapFile(options.second);
+  if (samePlace(options.file, options.second) || first.state == second.state)
+    throw std::invalid_argument(options.second + ": it is the same map as " + options.file);
+  requireAllParts(options.file, first.state);
+  requireAllParts(options.second, second.state);
   requireParameters(options.second, second, first.parameters);
   const MapMerge merged = mergeMaps(first, second);
   const MapLock lock(options.out);
@@ -172,11 +173,10 @@ void exportMap(const Options& options) {
   requireOut(options);
   if (options.format.empty())
     throw std::invalid_argument("export needs --format: tum, yaml, graphml or geojson");
-  if (std::filesystem::is_regular_file(options.out) &&
-      contentOf(options.out).rfind("SQLite format 3", 0) == 0)
-    throw std::invalid_argument(options.out + ": it is a map or another database and is not overwritten");
   AtomicFile out(options.out);
   const MapCheckpoint map = loadMapFile(options.file);
+  if (map.state.find("experience_map/map/graph") == nullptr)
+    throw std::runtime_error(options.file + ": it holds no experience map");
   if (options.format == "tum") {
     exportStretches(out.stream(), options.out, stretchesIn(map));
   } else if (options.format == "yaml") {

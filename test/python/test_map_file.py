@@ -255,6 +255,55 @@ def test_a_map_is_not_merged_with_itself(programs, parts, tmp_path):
     assert not (tmp_path / "both.db").exists()
 
 
+def test_a_save_that_was_cut_off_is_undone_by_whoever_reads(programs, parts, tmp_path):
+    live, cut = tmp_path / "live.db", tmp_path / "cut.db"
+    shutil.copy(parts / "first.db", live)
+    database = sqlite3.connect(live, isolation_level=None)
+    for line in ("pragma cache_size = 2", "pragma cache_spill = 1", "begin immediate", "update experience set pose_x = pose_x + 1",
+                 "update chunk set data = zeroblob(length(data))"):
+        database.execute(line)
+    shutil.copy(live, cut)
+    shutil.copy(f"{live}-journal", f"{cut}-journal")
+    database.execute("rollback")
+    assert not filecmp.cmp(cut, live, shallow=False), "the half-written map is on the disk"
+    done = call(programs[2], "check", cut)
+    assert done.returncode == 0 and done.stdout == f"{cut}: sound\n", done.stdout + done.stderr
+    assert filecmp.cmp(cut, live, shallow=False) and not os.path.exists(f"{cut}-journal")
+
+
+def test_a_map_is_not_merged_with_what_was_made_from_it(programs, parts, tmp_path):
+    succeed(programs[2], "prune", parts / "first.db", "-o", tmp_path / "pruned.db")
+    done = call(programs[2], "merge", parts / "first.db", tmp_path / "pruned.db", "-o", tmp_path / "both.db")
+    assert done.returncode == 1 and "merge takes maps of different drives" in done.stderr, done.stderr
+
+
+def test_nothing_is_invented_where_a_map_has_a_break(programs, drive, tmp_path):
+    town, *words = drive
+    shutil.copytree(town, tmp_path / "again")
+    times = (tmp_path / "again" / "times.txt").read_text().split()
+    (tmp_path / "again" / "times.txt").write_text("".join(f"{float(time) + 100.0}\n" for time in times))
+    run = programs[0]
+    succeed(run, town, *words, "--max-frames", "30", "--out", tmp_path / "a", "--save-map", tmp_path / "a.db")
+    succeed(run, town, *words, "--from-frame", "40", "--max-frames", "30", "--out", tmp_path / "b", "--save-map", tmp_path / "b.db")
+    succeed(run, tmp_path / "again", *words, "--from-frame", "40", "--max-frames", "30", "--out", tmp_path / "c",
+            "--load-map", tmp_path / "b.db", "--save-map", tmp_path / "b.db")
+    merged = succeed(programs[2], "merge", tmp_path / "a.db", tmp_path / "b.db", "-o", tmp_path / "both.db")
+    assert "in 2 components" in merged.stdout, "the two stretches of the second map are one: they share places"
+    succeed(programs[2], "export", tmp_path / "both.db", "--format", "tum", "-o", tmp_path / "path.tum")
+    stamps = [float(line.split()[0]) for line in (tmp_path / "path.tum").read_text().splitlines()]
+    assert [stamp for stamp in stamps if 7.0 < stamp < 103.9] == []
+    assert len([stamp for stamp in stamps if stamp >= 103.9]) >= 25
+
+
+def test_merge_takes_two_files(programs, parts, tmp_path):
+    for words, complaint in (
+        ((parts / "first.db", tmp_path), f"{tmp_path}: it is a folder, no map file"),
+        ((parts / "first.db", parts / "second.db", "third.db"), "third.db: merge takes two map files"),
+    ):
+        done = call(programs[2], "merge", *words, "-o", tmp_path / "both.db")
+        assert done.returncode == 1 and complaint in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
 def test_what_has_no_effect_on_a_map_is_refused(programs, parts, tmp_path):
     out = ("-o", tmp_path / "out")
     for words, complaint in (

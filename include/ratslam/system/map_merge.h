@@ -22,7 +22,7 @@ struct MapMerge {
 };
 
 /// Merges two maps. The order of the arguments does not change a bit of the result.
-/// @throws std::runtime_error if parameters differ, a part is missing, or recalls are verified by images (vt_verify),
+/// @throws std::runtime_error if parameters differ, a part is missing, both hold the same drive, or recalls are verified by images (vt_verify),
 /// which a map does not contain
 MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
 
 #include "ratslam/events.h"
 
@@ -83,6 +84,15 @@ std::vector<std::string> misfitsOf(const State& map) {
   if (numbers.of_pose_cells != numbers.of_map)
     faults.push_back(differ(numbers.of_pose_cells, numbers.of_map));
   return faults;
+}
+
+void requireAllParts(const std::string& name, const State& map) {
+  for (const char* part : {"local_view", "pose_cells", "experience_map"}) {
+    if (!map.hasChild(part)) {
+      throw std::runtime_error(name + ": it holds no " + part +
+                               "; a checkpoint of a node is one part of a map, SaveMap writes a whole one");
+    }
+  }
 }
 
 }  // namespace ratslam

@@ -110,8 +110,12 @@ struct KnownErrors {
 /// The path of a map, with the experience at each pose and the uncertainty of the motion.
 class KeptDrive {
  public:
-  KeptDrive(const ExperienceMap& map, const State& saved)
-      : path_(map.finalTrajectory()), component_(componentsOf(map.graph())), errors_(path_.size()) {
+  /// @param breaks  ends of the sessions after which another place may follow
+  KeptDrive(const ExperienceMap& map, const State& saved, std::vector<Stamp> breaks)
+      : path_(map.finalTrajectory()),
+        component_(componentsOf(map.graph())),
+        errors_(path_.size()),
+        breaks_(std::move(breaks)) {
     Trajectory trajectory;
     saved.get("trajectory", trajectory);
     std::vector<std::uint32_t> experience_of;  // each frame
@@ -145,7 +149,11 @@ class KeptDrive {
 
   /// Whether the motion from the pose before to pose `next` is known.
   bool goesOn(std::size_t next) const {
-    return path_[next].stamp > path_[next - 1].stamp && component_[at_[next]] == component_[at_[next - 1]];
+    const Stamp before = path_[next - 1].stamp;
+    const Stamp now = path_[next].stamp;
+    const bool broken =
+        std::any_of(breaks_.begin(), breaks_.end(), [&](Stamp end) { return before <= end && now > end; });
+    return now > before && !broken && component_[at_[next]] == component_[at_[next - 1]];
   }
 
  private:
@@ -202,7 +210,29 @@ class KeptDrive {
   std::vector<std::uint32_t> component_;  ///< of each experience
   std::vector<std::uint32_t> at_;         ///< experience at each pose
   std::vector<std::optional<KnownErrors>> errors_;
+  std::vector<Stamp> breaks_;
 };
+
+/// Ends of the sessions that the next one does not continue, as late as a continuation could begin.
+std::vector<Stamp> breaksOf(const std::vector<MapSession>& sessions, double time_reset) {
+  std::vector<Stamp> breaks;
+  for (std::size_t i = 0; i + 1 < sessions.size(); ++i) {
+    const double pause = secondsBetween(sessions[i].last_stamp, sessions[i + 1].first_stamp);
+    if (pause > time_reset) breaks.push_back(sessions[i].last_stamp + stampFromSeconds(time_reset));
+  }
+  return breaks;
+}
+
+/// Whether one map holds the drive of the other one: it was pruned, or continued. Its templates then begin alike.
+bool holdTheSameDrive(const State& a, const State& b) {
+  const State* of_a = a.find("local_view/templates");
+  const State* of_b = b.find("local_view/templates");
+  if (of_a == nullptr || of_b == nullptr || of_a->arrays().empty() || of_b->arrays().empty()) return false;
+  const std::vector<std::uint8_t>& first = of_a->arrays().begin()->second.bytes;
+  const std::vector<std::uint8_t>& second = of_b->arrays().begin()->second.bytes;
+  const auto count = static_cast<std::ptrdiff_t>(std::min(first.size(), second.size()));
+  return count > 0 && std::equal(first.begin(), first.begin() + count, second.begin());
+}
 
 /// Replays the drive of one map through another map.
 class Replay {
@@ -339,13 +369,11 @@ MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b) {
     throw std::runtime_error("maps made with vt_verify = " + params.recall_geometry.verify +
                              " cannot be merged: recalls are verified by images, which a map does not keep");
   }
-  for (const MapCheckpoint* map : {&a, &b}) {
-    for (const char* part : {"local_view", "pose_cells", "experience_map"}) {
-      if (!map->state.hasChild(part)) {
-        throw std::runtime_error(std::string("there is no ") + part +
-                                 " in it: a node's checkpoint is a part of a map");
-      }
-    }
+  if (holdTheSameDrive(a.state, b.state)) {
+    throw std::runtime_error(
+        "one of the maps holds the drive of the other one (pruned, or continued): merge takes maps of "
+        "different "
+        "drives");
   }
   Stages known(params, a.state);
   Stages other(params, b.state);
@@ -355,7 +383,8 @@ MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b) {
   other.map.map().settle();
   if (merge.second_experiences > 0) {
     const State& saved = b.state.child("experience_map").child("map");
-    Replay(known, other, params).drive(KeptDrive(other.map.map(), saved));
+    Replay(known, other, params)
+        .drive(KeptDrive(other.map.map(), saved, breaksOf(b.sessions, params.images.time_reset)));
   }
   known.map.map().settle();
   merge.experiences = known.map.map().graph().experiences().size();

@@ -1,6 +1,8 @@
 #include "ratslam/odometry/orb/orb_source.h"
 
+#include <sstream>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "ratslam/common/state.h"
@@ -18,6 +20,23 @@ std::vector<double> calibrationOf(const CameraModel& camera) {
                               static_cast<double>(camera.model)};
   numbers.insert(numbers.end(), camera.coefficients.begin(), camera.coefficients.end());
   return numbers;
+}
+
+std::string listed(const std::vector<double>& numbers) {
+  std::ostringstream text;
+  for (const double number : numbers) text << ' ' << number;
+  return text.str();
+}
+
+/// @throws std::runtime_error with both calibrations if the saved one is another
+void requireCalibration(const State& state, const CameraModel& camera) {
+  const auto saved = state.get<std::vector<double>>("camera");
+  const std::vector<double> given = calibrationOf(camera);
+  if (saved == given) return;
+  throw std::runtime_error(
+      "the odometry was saved with another calibration: width, height, fx, fy, cx, cy, model, "
+      "coefficients were" +
+      listed(saved) + ", now they are" + listed(given));
 }
 
 }  // namespace
@@ -50,8 +69,7 @@ void OrbSource::save(State& state) const {
 }
 
 void OrbSource::load(const State& state) {
-  if (state.get<std::vector<double>>("camera") != calibrationOf(camera_))
-    throw std::runtime_error("state " + state.path() + "/camera: it was saved with another calibration");
+  requireCalibration(state, camera_);
   OrbOdometry loaded(camera_, params_);
   loaded.load(state.child("odometry"));
   state.get("result", result_);
