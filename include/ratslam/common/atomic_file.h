@@ -11,7 +11,7 @@ namespace ratslam {
 class AtomicFile {
  public:
   /// Opens PATH.part. Numbers have enough digits to give the same doubles when read.
-  /// @throws std::runtime_error naming the path if it cannot be written, or exists and is no file
+  /// @throws std::runtime_error naming the path if it cannot be written, or exists and is no file, a bag or a database
   explicit AtomicFile(std::string path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;

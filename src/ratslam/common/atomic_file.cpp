@@ -24,12 +24,22 @@ bool synchronised(const std::string& path) {
   return done;
 }
 
+bool beginsWith(const std::string& path, const std::string& magic) {
+  std::string beginning(magic.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  return file.read(beginning.data(), static_cast<std::streamsize>(beginning.size())) && beginning == magic;
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), part_(path_ + ".part") {
   std::error_code error;
   const fs::file_status there = fs::status(path_, error);
   if (fs::exists(there) && !fs::is_regular_file(there)) fail("something that is no file has this name");
+  for (const auto& [magic, what] :
+       {std::pair{"#ROSBAG V", "a recording"}, std::pair{"SQLite format 3", "a map or another database"}}) {
+    if (beginsWith(path_, magic)) fail(std::string("it is ") + what + " and is not overwritten");
+  }
   errno = 0;
   file_.open(part_, std::ios::binary | std::ios::trunc);
   if (!file_) fail(errno != 0 ? std::strerror(errno) : "the disk refuses it");

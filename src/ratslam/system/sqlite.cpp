@@ -24,6 +24,8 @@ SqliteDatabase::SqliteDatabase(const std::string& path, Access access) : path_(p
   const int result = sqlite3_open_v2(path.c_str(), &opened, flags, nullptr);
   handle_.reset(opened);
   if (result != SQLITE_OK) failWithReport(write ? "cannot open it for writing" : "cannot open it");
+  // SQLite itself would notice only at the first save.
+  if (write && sqlite3_db_readonly(handle_.get(), "main") == 1) fail("the file cannot be written");
   sqlite3_extended_result_codes(handle_.get(), 1);
   sqlite3_busy_timeout(handle_.get(), 2000);
   run("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON");
@@ -46,7 +48,7 @@ void SqliteDatabase::fail(const std::string& what) const { throw std::runtime_er
 void SqliteDatabase::failWithReport(const std::string& doing) const {
   const int code = handle_ ? sqlite3_errcode(handle_.get()) & 0xFF : SQLITE_NOMEM;
   if (handle_ && sqlite3_extended_errcode(handle_.get()) == SQLITE_IOERR_WRITE) {
-    fail("it cannot grow, the disk is full or broken: the file holds the checkpoint before");
+    fail("it cannot grow, the disk is full or broken: the file is as it was before");
   }
   switch (code) {
     case SQLITE_NOTADB:
@@ -54,7 +56,7 @@ void SqliteDatabase::failWithReport(const std::string& doing) const {
     case SQLITE_CORRUPT:
       fail("it is damaged: " + std::string(sqlite3_errmsg(handle_.get())));
     case SQLITE_FULL:
-      fail("the disk is full: the file holds the checkpoint before");
+      fail("the disk is full: the file is as it was before");
     case SQLITE_READONLY:
       fail(std::string("the file or its folder cannot be written") +
            (fs::exists(path_ + "-journal") ? ", which is needed to undo a save that was interrupted" : ""));
