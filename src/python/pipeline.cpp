@@ -131,6 +131,11 @@ bit.)")
           "end_odometry", [](System& s) { return dictionaryOf(s.pipeline->endOdometry(), ""); },
           "To be called after the last sample: if its stamp jumps ahead, it has waited for the next one. "
           "Returns the same.")
+      .def(
+          "settle", [](System& s) { s.pipeline->settle(); },
+          "Improves the map until it changes no more, as `ratslam_run` does at the end, before it writes the "
+          "final "
+          "trajectory.")
       .def_property_readonly(
           "activity", [](const System& s) { return activityOf(s.pipeline->poseCells().cells().activity()); },
           "Of the pose cells, (heading, y, x), a copy.")

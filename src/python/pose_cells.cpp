@@ -106,7 +106,8 @@ centre cell.)")
             within("heading", heading, n.params.n_th);
             within("y", y, n.params.n_xy);
             within("x", x, n.params.n_xy);
-            if (!(energy >= 0.0 && energy < 1e9)) throwBadValue("energy", energy, "it must not be negative");
+            if (!(energy >= 0.0 && energy < 1e9))
+              throwBadValue("energy", energy, "it must lie within [0, 1e9)");
             n.network->inject({x, y, heading}, energy);
           },
           py::arg("heading"), py::arg("y"), py::arg("x"), py::arg("energy"),

@@ -55,6 +55,9 @@ def test_likeness_is_largest_where_the_view_was_learned(descriptor):
         cells.observe(frame, image)
     assert cells.likeness.shape[1] == len(cells) == 5 and cells.likeness.dtype == np.float32
     assert cells.likeness.max(axis=0).argmax() == 4
+    again = ratslam.LocalViewCells(**cells.parameters)
+    again.load(cells.save())
+    assert np.array_equal(again.likeness, cells.likeness)
 
 
 def test_a_state_saved_goes_on_as_if_it_had_never_stopped():
@@ -191,6 +194,21 @@ def test_the_whole_system_frame_by_frame():
             ratslam.Pipeline(**settings, **VIEW)
     with pytest.raises(ValueError, match="no parameter has this name"):
         ratslam.Pipeline(pc_dim_zz=3)
+
+
+def test_images_need_not_outlive_the_call():
+    """A temporary array, and a buffer that is filled anew, whose memory the next image has again."""
+    random = np.random.RandomState(5)
+    buffer = np.empty((60, 160), np.uint8)
+    for reused in (False, True):
+        system = ratslam.Pipeline(odometry="external", **VIEW)
+        for index in range(30):
+            system.add_odometry(0.1 * index, speed=1.0, yaw_rate=0.0)
+            image = random.randint(0, 256, buffer.shape).astype(np.uint8)
+            buffer[:] = image
+            assert system.add_image(0.1 * index, buffer if reused else image.copy())["told"] == ""
+            del image
+        assert system.templates >= 28
 
 
 def test_odometry_that_is_not_used_is_said():
