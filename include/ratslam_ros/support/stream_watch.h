@@ -14,7 +14,7 @@ namespace ratslam {
 bool isPublished(const std::string& topic);
 
 /// Published topics that may be meant by `topic`: of the same type, or with the same last name. The same images in
-/// another transport come first, with the parameter that selects it. Pictures drawn by nodes of this package are left
+/// another transport, and the topic itself with another type, come first, with what to do. Pictures drawn by nodes of this package are left
 /// out.
 std::vector<std::string> similarTopics(const std::string& topic, const std::string& type,
                                        const std::vector<ros::master::TopicInfo>& published);

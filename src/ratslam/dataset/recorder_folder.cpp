@@ -131,6 +131,11 @@ void RecorderFolder::sortByStamp() {
   const auto count = std::distance(repeated, images_.end());
   images_.erase(repeated, images_.end());
   if (count > 0) remarks_.push_back(std::to_string(count) + " images with the time of another one left out");
+  constexpr Stamp kTenDigits = 1'000'000'000'000'000;  // the least number of milliseconds with so many [ns]
+  if (!images_.empty() && images_.front().first >= kTenDigits && images_.front().first < 10 * kTenDigits) {
+    remarks_.push_back(images_.front().second +
+                       ": time of 10 digits, taken as milliseconds (of 1970); is it in seconds?");
+  }
 }
 
 std::optional<RecordedItem> RecorderFolder::next() {

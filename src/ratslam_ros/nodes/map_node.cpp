@@ -157,7 +157,7 @@ void MapNode::finish() {
   if (params_.trajectory_file.empty()) return;
   const std::string files = write(params_.trajectory_file);
   if (isEmpty()) {
-    ROS_WARN("nothing was mapped: the trajectories hold no pose: %s", files.c_str());
+    ROS_WARN("nothing was mapped: the trajectories hold no more than the first pose: %s", files.c_str());
   } else {
     ROS_INFO("trajectories written: %s", files.c_str());
   }

@@ -22,11 +22,20 @@ bool isOwnPicture(const std::string& topic) {
          endsWith(topic, "/ExperienceMap/Picture") || endsWith(topic, "/debug_image");
 }
 
-/// The transport with which the published topic would serve for `topic`; empty if they are no such pair.
-std::string otherTransport(const std::string& topic, const std::string& published) {
-  const std::string compressed = "/compressed";
-  if (published == topic + compressed) return "compressed";
-  return topic == published + compressed ? "raw" : "";
+/// What to do if these are the images of `topic` in another transport, or `topic` itself with another type; else empty.
+std::string adviceOn(const std::string& topic, const std::string& type,
+                     const ros::master::TopicInfo& published) {
+  const std::string ending = "/compressed";
+  const bool compressed = published.datatype == "sensor_msgs/CompressedImage";
+  if (published.name == topic + ending && compressed) return "read with _image_transport:=compressed";
+  if (topic == published.name + ending && published.datatype == "sensor_msgs/Image")
+    return "read with _image_transport:=raw";
+  const bool same_name = published.name == topic && published.datatype != type;
+  if (compressed && endsWith(published.name, ending) && (same_name || topic == published.name + ending)) {
+    return "its base topic is " + published.name.substr(0, published.name.size() - ending.size()) +
+           ", to be read with _image_transport:=compressed";
+  }
+  return same_name ? "this topic has another type" : "";
 }
 
 }  // namespace
@@ -42,10 +51,9 @@ std::vector<std::string> similarTopics(const std::string& topic, const std::stri
                                        const std::vector<ros::master::TopicInfo>& published) {
   std::vector<std::string> similar;
   for (const ros::master::TopicInfo& candidate : published) {
-    const std::string transport = otherTransport(topic, candidate.name);
-    if (!transport.empty()) {
-      similar.insert(similar.begin(), candidate.name + " [" + candidate.datatype +
-                                          "] (read with _image_transport:=" + transport + ")");
+    const std::string advice = adviceOn(topic, type, candidate);
+    if (!advice.empty()) {
+      similar.insert(similar.begin(), candidate.name + " [" + candidate.datatype + "] (" + advice + ")");
       continue;
     }
     if (candidate.name == topic || isOwnPicture(candidate.name)) continue;

@@ -251,6 +251,18 @@ TEST_F(DatasetTest, RecorderFolderTakesStampsFromItsIndexOrFromTheNames) {
   EXPECT_FALSE(recorder.next().has_value());
 }
 
+TEST_F(DatasetTest, RecorderTimesThatMayBeSecondsAreNamed) {
+  fs::create_directories(folder_ / "images");
+  for (const char* digits : {"", "000"}) {
+    write("data_image.txt", std::string("1600000000") + digits + ",images/a.jpeg\n");
+    const auto remarks = RecorderFolder(folder_.string()).remarks();
+    const bool named = std::any_of(remarks.begin(), remarks.end(), [](const std::string& remark) {
+      return remark.find("time of 10 digits, taken as milliseconds") != std::string::npos;
+    });
+    EXPECT_EQ(named, std::string(digits).empty());
+  }
+}
+
 TEST_F(DatasetTest, RecorderFolderTurnsImagesThatWereStoredUnrotated) {
   fs::create_directories(folder_ / "images");
   cv::Mat stored(8, 16, CV_8UC1, cv::Scalar(10));

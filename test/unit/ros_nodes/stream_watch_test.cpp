@@ -32,6 +32,21 @@ TEST(SimilarTopics, TheSameImagesInAnotherTransportComeFirstAndOwnPicturesAreNon
             "/front/image_raw [sensor_msgs/Image] (read with _image_transport:=raw)");
 }
 
+TEST(SimilarTopics, ATopicOfAnotherTypeIsNamedWithItsBase) {
+  const std::vector<ros::master::TopicInfo> published{
+      {"/cam/image_raw/compressed", "sensor_msgs/CompressedImage"}, {"/odom", "geometry_msgs/TwistStamped"}};
+  const std::string named =
+      "/cam/image_raw/compressed [sensor_msgs/CompressedImage] (its base topic is /cam/image_raw, to be read "
+      "with "
+      "_image_transport:=compressed)";
+  EXPECT_EQ(similarTopics("/cam/image_raw/compressed", "sensor_msgs/Image", published).front(), named);
+  EXPECT_EQ(
+      similarTopics("/cam/image_raw/compressed/compressed", "sensor_msgs/CompressedImage", published).front(),
+      named);
+  EXPECT_EQ(similarTopics("/odom", "nav_msgs/Odometry", published).front(),
+            "/odom [geometry_msgs/TwistStamped] (this topic has another type)");
+}
+
 class SyncTimeoutTest : public ::testing::Test {
  protected:
   void SetUp() override {
