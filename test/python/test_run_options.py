@@ -37,6 +37,12 @@ def test_a_run_in_vain_leaves_the_map_that_was_there(program, short, tmp_path, w
     assert drive_map.read_bytes() == before
 
 
+def test_a_run_in_vain_leaves_no_empty_map(program, short, tmp_path):  # noqa: F811
+    vain = run(program, short, tmp_path / "out", "--save-map", tmp_path / "new.db", "--set", "image_crop_y_max=2000")
+    assert vain.returncode == 1 and f"{tmp_path / 'new.db'} is not written" in vain.stdout, vain.stdout
+    assert [name for name in os.listdir(tmp_path) if name.startswith("new.db")] == []
+
+
 def test_no_file_is_written_where_another_is(program, short, tmp_path):  # noqa: F811
     drive_map = tmp_path / "drive.db"
     assert run(program, short, tmp_path / "out", "--save-map", drive_map).returncode == 0

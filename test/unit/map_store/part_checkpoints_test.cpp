@@ -201,6 +201,7 @@ TEST_F(Counting, AnEarlierFailureIsNoFailureOfASaveThatSucceeds) {
 }
 
 TEST_F(Counting, ADamagedFileDoesNotReplaceAnEarlierOne) {
+  fs::create_directories(folder_);
   for (int time = 0; time < 2; ++time) {
     std::ofstream(folder_ / "pose_cells.a.db") << "damage " << time;
     std::ofstream(folder_ / "pose_cells.b.db") << "damage " << time;

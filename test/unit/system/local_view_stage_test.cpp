@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgproc.hpp>
+
 #include "ratslam/common/state.h"
 
 namespace ratslam {
@@ -38,6 +40,60 @@ TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
   cv::randu(frame.image, 0, 255);
   EXPECT_EQ(stage.addFrame(frame), EventVerdict::kAccepted);
   EXPECT_EQ(stage.drain().size(), 1U);
+}
+
+/// A drive on a ring of places, round and round.
+class Ring {
+ public:
+  explicit Ring(LocalViewStage& stage) : stage_(stage) {
+    sample_.speed = 10.0;
+    sample_.yaw_rate = 2.0 * M_PI * 10.0 / kPlaces;
+    sample_.covariance = TwistCovariance(1e-4 * TwistCovariance::Identity());
+  }
+  static constexpr int kPlaces = 40;
+
+  /// The events of `views` views from a place on. @param seed  of the places' looks
+  std::vector<ViewEvent> drive(int views, int seed, int first = 0) {
+    std::vector<ViewEvent> events;
+    for (int k = 0; k < views; ++k) {
+      sample_.stamp += kSecond / 10;
+      stage_.addOdometry(sample_);
+      cv::RNG random(static_cast<std::uint64_t>(1000 * seed + (first + k) % kPlaces + 1));
+      ImageFrame frame;
+      frame.stamp = sample_.stamp;
+      frame.image = cv::Mat(240, 320, CV_8UC1);
+      random.fill(frame.image, cv::RNG::UNIFORM, 0, 255);
+      cv::blur(frame.image, frame.image, {25, 25});
+      cv::normalize(frame.image, frame.image, 0, 255, cv::NORM_MINMAX);
+      stage_.addFrame(frame);
+      for (const ViewObservation& seen : stage_.drain()) events.push_back(seen.view);
+    }
+    return events;
+  }
+
+ private:
+  LocalViewStage& stage_;
+  OdometrySample sample_;
+};
+
+/// Whoever goes on in a map from elsewhere must not be believed to be where the drive before ended.
+TEST(LocalViewStage, NothingOfAnotherPlaceIsRecalledAfterAnInterruption) {
+  LocalViewParams params;
+  params.recall.kind = "belief";
+  params.view_template.x_size = 60;
+  params.view_template.y_size = 10;
+  LocalViewStage stage(params, RecallGeometryParams{});
+  Ring ring(stage);
+  ring.drive(Ring::kPlaces, 1);
+  int recalled = 0;
+  for (const ViewEvent& event : ring.drive(Ring::kPlaces - 5, 1)) recalled += event.learned ? 0 : 1;
+  ASSERT_GT(recalled, Ring::kPlaces / 2) << "the drive ends on known ground";
+  stage.interrupt();
+  for (const ViewEvent& event : ring.drive(10, 2)) EXPECT_TRUE(event.learned) << event.id;
+  stage.interrupt();
+  int right = 0;
+  for (const ViewEvent& event : ring.drive(15, 1, 20)) right += event.learned ? 0 : 1;
+  EXPECT_GT(right, 5) << "and it wakes up where it knows its way";
 }
 
 /// Places of different drives must not be compared by dead reckoning.

@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-#include "ratslam/pose_cells/pose_cell_network.h"
+#include "ratslam/pose_cells/network.h"
 
 namespace ratslam {
 namespace {
@@ -13,9 +13,9 @@ namespace {
 TEST(PoseCellRecording, KeepsWhatFitsAndCountsTheRest) {
   PoseCellParams params;
   const PoseCellNetwork cells(params);
-  const std::uint64_t snapshot = sizeof(float) * static_cast<std::uint64_t>(params.dim_xy) *
-                                 static_cast<std::uint64_t>(params.dim_xy) *
-                                 static_cast<std::uint64_t>(params.dim_th);
+  const std::uint64_t snapshot = sizeof(float) * static_cast<std::uint64_t>(params.n_xy) *
+                                 static_cast<std::uint64_t>(params.n_xy) *
+                                 static_cast<std::uint64_t>(params.n_th);
   PoseCellRecording recording(2, 3 * snapshot);
   for (Stamp stamp = 0; stamp < 12; ++stamp) recording.add(stamp, cells.activity());
   EXPECT_EQ(recording.size(), 3U);
