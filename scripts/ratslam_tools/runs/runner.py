@@ -19,7 +19,7 @@ BUILD_PLACES = (
     "devel/lib/ratslam_ros",
     "../../devel/lib/ratslam_ros",
     "../devel/lib/ratslam_ros",
-    "build-core",
+    "build_core",
     "build",
     "../../install/lib/ratslam_ros",
 )
