@@ -48,7 +48,6 @@ class MapStage {
   std::size_t waitingDecisions() const { return gate_.size(); }
   /// Stamp of the newest decision; none after interrupt().
   std::optional<Stamp> lastDecision() const { return gate_.lastEvent(); }
-  std::size_t waitingGeometry() const { return geometry_.size(); }
   /// Number of geometries that were forgotten before their decision came.
   std::size_t forgottenGeometry() const { return forgotten_; }
   /// Pose of the robot by all odometry so far, also that after the last decision.
