@@ -105,7 +105,7 @@ std::string contentOf(const std::string& path) {
 
 void requireOut(const Options& options) {
   if (options.out.empty()) throw std::invalid_argument(options.command + " needs -o FILE");
-  if (samePlace(options.out, options.file) || samePlace(options.out, options.second))
+  if (sameFile(options.out, options.file) || sameFile(options.out, options.second))
     throw std::invalid_argument(options.out + ": it is the map itself");
 }
 
@@ -126,7 +126,7 @@ void prune(const Options& options) {
 void merge(const Options& options) {
   requireOut(options);
   const MapCheckpoint first = loadMapFile(options.file);
-  if (samePlace(options.file, options.second) || contentOf(options.file) == contentOf(options.second))
+  if (sameFile(options.file, options.second) || contentOf(options.file) == contentOf(options.second))
     throw std::invalid_argument(options.second + ": it is the same map as " + options.file);
   const MapCheckpoint second = loadMapFile(options.second);
   requireParameters(options.second, second, first.parameters);
