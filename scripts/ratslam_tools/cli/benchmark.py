@@ -163,7 +163,7 @@ def programs(folder: str, only: List[str]) -> List[str]:
 
 
 def run(program: str) -> Dict:
-    """Measurements of one program. @raise InputError if it fails."""
+    """Output of one program, as Google Benchmark writes it in JSON: context and benchmarks. @throws InputError if it fails."""
     done = subprocess.run([program, "--benchmark_format=json"], stdout=subprocess.PIPE, cwd=SOURCES)
     if done.returncode != 0:
         raise InputError(f"{program}: ended with status {done.returncode}")
@@ -171,6 +171,7 @@ def run(program: str) -> Dict:
 
 
 def parse(argv):
+    """The options of the command line, or of `argv` if it is not None, as an argparse.Namespace."""
     parser = argparse.ArgumentParser(prog="benchmark", description=__doc__)
     build_folder = os.path.join(SOURCES, "build")
     parser.add_argument("--build", default=build_folder, help="build folder (default: build)")
