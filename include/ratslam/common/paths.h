@@ -5,7 +5,8 @@
 
 namespace ratslam {
 
-/// Whether two paths lead to the same place, links followed. What is not there is compared by its name.
+/// Whether two paths lead to the same file or folder, links followed. Paths that do not exist are compared by their
+/// normalised names.
 bool sameFile(const std::string& a, const std::string& b);
 
 /// The path with the user's home folder in place of "~" at its beginning ("~" or "~/..."). A shell does the same, but

@@ -7,11 +7,13 @@
 /// motion is measured across the jump. A second source with earlier stamps (two publishers of one topic) is not
 /// mistaken for a jump.
 ///
-/// A single sample whose stamp lies ahead of time must not end the stream. So a sample that is the first, or that jumps
-/// ahead by more than odometry_reset, is held until another one decides: if the next goes on from it, or an event reaches its
-/// stamp, then time did jump. If the next is back near the old time (of a first sample: the next two), the held one
-/// is dropped. A single event ahead of time is dropped while it waits, if the next event is back near the old time and
-/// the odometry goes on there.
+/// A single sample with a stamp far ahead must not end the stream. So a sample that is the first, or that jumps ahead
+/// by more than odometry_reset, is held. The next sample decides. If it continues from the held one, or an event
+/// reaches the held stamp, the held sample is accepted. If it continues from the sample before, the held one is dropped
+/// (if the held one is the first, two such samples are needed).
+///
+/// A single event with a stamp far ahead is dropped while it waits, if the next event and the odometry continue from
+/// the event before.
 #pragma once
 
 #include <deque>
@@ -73,7 +75,7 @@ class EventGate {
   void acceptHeld() {
     if (held_) decideHeld([this](const OdometrySample& sample) { return admit(sample); });
   }
-  /// Number of samples that went back in time, while the events did not, and so were not used; and the stamp of the
+  /// Number of samples that were not used, because they went back in time and the events did not; and the stamp of the
   /// first of them.
   std::uint64_t leftBehind() const { return left_behind_ + earlier_.size(); }
   std::optional<Stamp> firstLeftBehind() const {
@@ -87,7 +89,7 @@ class EventGate {
            secondsBetween(stamp, *last_event_) >= params_.odometry_reset;
   }
 
-  /// An event of this stamp will be added, so that a held sample with a stamp up to it is right.
+  /// Announces an event of this stamp. A held sample with a stamp up to it is accepted.
   void expect(Stamp stamp) {
     if (held_ && stamp >= held_->stamp) acceptHeld();
   }
@@ -205,7 +207,8 @@ class EventGate {
     return first ? SampleVerdict::kTimeWentBack : SampleVerdict::kAccepted;
   }
 
-  /// A sample before the first one, which is held. None if the first one is dropped, and the sample is still to be added.
+  /// A sample before the first one, which is held. None if the first one is dropped, and the sample is still to be
+  /// added.
   std::optional<SampleVerdict> addBeforeFirst(const OdometrySample& sample) {
     if (secondsBetween(sample.stamp, held_->stamp) < params_.odometry_reset) return SampleVerdict::kLate;
     if (earlier_.empty() || sample.stamp <= earlier_.back().stamp) return keepEarlier(sample);
@@ -219,14 +222,15 @@ class EventGate {
            secondsBetween(earlier_.back().stamp, stamp) < params_.odometry_reset;
   }
 
-  /// Whether another sample must show that time is what this stamp says.
+  /// Whether a sample of this stamp must be held until another one confirms it.
   bool isDoubtful(Stamp stamp) const {
     const std::optional<Stamp> last = odometry_.lastStamp();
     if (!last) return true;
     return stamp > *last && secondsBetween(*last, stamp) > params_.odometry_reset && !continuesEarlier(stamp);
   }
 
-  /// Whether a stamp between the last one and that of the held sample shows that the latter was wrong. If not, it is late.
+  /// Whether a sample with a stamp between the last one and the held one shows that the held stamp is wrong. If not,
+  /// that sample is late.
   bool refutesHeld(Stamp stamp) const {
     const double back = secondsBetween(stamp, held_->stamp);
     return back >= params_.odometry_reset || secondsBetween(*odometry_.lastStamp(), stamp) < back;
@@ -279,7 +283,7 @@ class EventGate {
     }
   }
 
-  /// Whether the newest of the waiting events was wrong by its stamp, as the next event and the odometry show.
+  /// Whether the next event and the odometry show that the stamp of the newest waiting event is wrong.
   bool newestIsAhead(Stamp next) const {
     const std::optional<Stamp> last = odometry_.lastStamp();
     if (!drops_ahead_ || !last || events_.empty() || *last >= *newest_taken_) return false;

@@ -112,9 +112,9 @@ class ImageStage {
   ImageCounts counts_;
   std::optional<Stamp> last_stamp_;
   std::optional<Stamp> stamp_before_;  ///< of the image before the last
-  bool handed_on_ = false;        ///< the last image was; not saved, as this and the next are of one image
-  bool refused_ = false;          ///< by a model, the last image was
-  cv::Size size_;                 ///< of the images handed on, empty before the first
+  bool handed_on_ = false;  ///< whether the last image was handed on; valid until the next image, not saved
+  bool refused_ = false;    ///< whether a model refused the last image; valid as long
+  cv::Size size_;           ///< of the images handed on, empty before the first
   std::size_t used_of_size_ = 0;  ///< images handed on since the size was set
   cv::Size other_size_;           ///< of the images just left out
   std::size_t others_in_a_row_ = 0;

@@ -144,7 +144,9 @@ class LocalViewStage {
   std::deque<Certainty> certainties_;  ///< of the samples that no view has used yet
   std::optional<Stamp> last_sample_;
   std::uint32_t source_epoch_ = 0;  ///< of the last sample
-  std::uint32_t epoch_ = 0;  ///< changes with the source's, after unmeasured motion and with interrupt()
+  /// Epoch of dead reckoning without the new beginnings of the odometry's time, which epoch() adds. It grows if the
+  /// source's epoch changes, at the begin and the end of unmeasured motion, and with interrupt().
+  std::uint32_t epoch_ = 0;
 };
 
 }  // namespace ratslam

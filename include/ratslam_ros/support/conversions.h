@@ -40,7 +40,7 @@ void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sam
 ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message);
 ratslam_ros::ViewTemplate viewToMessage(const ViewEvent& view);
 
-/// ViewTemplate has only OpenRatSLAM's fields. So the session of the views' numbers follows the frame's name.
+/// ViewTemplate has no field for the session, so it is appended to frame_id: "FRAME session ID KNOWN".
 std::string withSession(const std::string& frame_id, const NumberSession& session);
 /// The session in such a frame_id; id 0 if there is none.
 NumberSession sessionIn(const std::string& frame_id);
