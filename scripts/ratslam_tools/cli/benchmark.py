@@ -22,12 +22,12 @@ HEAD = ["case", "time", "oracle", "ratio", "bar", "OpenRatSLAM", "times OpenRatS
 class Case:
     """One line of the table."""
 
-    name: str  # of the benchmark, up to what google-benchmark appends
+    name: str  # of the benchmark, without the settings that Google Benchmark appends
     label: str
-    bar_ratio: Optional[float] = None  # least oracle's time / ours
-    bar_ms: Optional[float] = None  # greatest time
-    openratslam_ms: Optional[float] = None  # of OpenRatSLAM's own code on a machine of this kind
-    time: str = "ours_ms"  # the counter that holds our time
+    bar_ratio: Optional[float] = None  # required: least ratio of the plain implementation's time to ours
+    bar_ms: Optional[float] = None  # required: greatest time of ours [ms]
+    openratslam_ms: Optional[float] = None  # time of OpenRatSLAM's own code on a machine of this kind [ms]
+    time: str = "ours_ms"  # name of the counter with our time [ms]
 
 
 def _sizes(name, label, bars, openratslam, **other) -> List[Case]:
