@@ -16,13 +16,14 @@ bool endsWith(const std::string& name, const std::string& ending) {
          name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
 }
 
-/// Pictures drawn by the nodes, which are no input.
+/// Whether a topic has pictures drawn by the nodes, which cannot be their input.
 bool isOwnPicture(const std::string& topic) {
   return endsWith(topic, "/LocalView/View") || endsWith(topic, "/PoseCell/Activity") ||
          endsWith(topic, "/ExperienceMap/Picture") || endsWith(topic, "/debug_image");
 }
 
-/// The transport with which the published topic would serve for `topic`; empty if they are no such pair.
+/// If the published topic has the images of `topic` in another transport, the value of image_transport with which the
+/// node reads it; else empty.
 std::string otherTransport(const std::string& topic, const std::string& published) {
   const std::string compressed = "/compressed";
   if (published == topic + compressed) return "compressed";
