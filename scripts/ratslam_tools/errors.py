@@ -11,7 +11,7 @@ class InputError(Exception):
 
 
 def require_folder(path: str, hint: str = "") -> None:
-    """@param hint added to the message about a missing folder. @throws InputError"""
+    """@throws InputError if there is no such folder. @param hint is added to the message about a missing folder."""
     if os.path.exists(path) and not os.path.isdir(path):
         raise InputError(f"{path}: it is a file, and a folder is needed")
     if not os.path.isdir(path):
@@ -52,7 +52,7 @@ def one_line(error) -> str:
 
 
 def finite(text: str) -> float:
-    """Type of an option that is a finite number."""
+    """The number in an option's text, as a type for argparse. @throws argparse.ArgumentTypeError unless it is finite."""
     try:
         number = float(text)
     except ValueError:

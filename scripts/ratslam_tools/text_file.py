@@ -37,11 +37,6 @@ def _pieces(path: str) -> Iterator[bytes]:
         raise InputError(f"{path!r}: cannot be read: {error}") from None
 
 
-def read_bytes(path: str) -> bytes:
-    """Content of a regular file. @throws InputError as _pieces."""
-    return b"".join(_pieces(path))
-
-
 def read_text(path: str) -> str:
     """The text of a file without its byte order mark, with `\\n` between lines. Bytes that are no UTF-8 become
     U+FFFD. @throws InputError for an unreadable or binary file.

@@ -76,11 +76,16 @@ then apply the pose cells' decision.)")
             m.map->integrate(stampFrom(stamp), step);
           },
           py::arg("stamp"), py::arg("forward"), py::arg("rotation"), py::arg("left") = 0.0,
-          py::arg("up") = 0.0, "Motion from the newest stamp up to this one [m, rad].")
+          py::arg("up") = 0.0,
+          "Motion from the newest stamp up to this one: forward, left, up [m], rotation [rad] "
+          "counter-clockwise. ValueError before start, if time runs backwards, or for a number that is not "
+          "finite.")
       .def(
-          "apply", [](Map& m, const TopologicalAction& action) { m.map->apply(action); }, py::arg("action"))
+          "apply", [](Map& m, const TopologicalAction& action) { m.map->apply(action); }, py::arg("action"),
+          "Carries out an Action of the pose cells, after integrate up to its stamp. ValueError if an "
+          "experience does not exist or a new one does not have the next number; the map is then unchanged.")
       .def(
-          "settle", [](Map& m) { m.map->settle(); }, "Finishes the work that updates have left over.")
+          "settle", [](Map& m) { m.map->settle(); }, "Finishes the solver's remaining work.")
       .def_property_readonly(
           "robot_pose", [](const Map& m) { return tupleOf(m.map->robotPose()); },
           "x, y, z [m], yaw [rad], log-scale")
@@ -89,14 +94,14 @@ then apply the pose cells' decision.)")
           "(experiences, 5): x, y, z [m], yaw [rad], log-scale")
       .def_property_readonly(
           "links", [](const Map& m) { return linksOf(m.map->graph()); },
-          "ends (links, 2), recall (links,), measured (links, 5): distance, heading, change of "
-          "facing, rise, duration")
+          "Dict: ends (links, 2), experiences from and to; recall (links,), whether a recall made the link; "
+          "measured (links, 5): distance [m], heading [rad], change of facing [rad], rise [m], duration [s]")
       .def_property_readonly(
           "online_trajectory", [](const Map& m) { return arrayFrom(m.map->onlineTrajectory()); },
-          "(poses, 6): stamp [s], x, y, z [m], yaw [rad], log-scale, as known at the time")
+          "(poses, 6): stamp [s], x, y, z [m], yaw [rad], log-scale, as estimated at the time")
       .def_property_readonly(
           "final_trajectory", [](const Map& m) { return arrayFrom(m.map->finalTrajectory()); },
-          "The same as the present map sees it.")
+          "(poses, 6): the same path in the present map.")
       .def(
           "save", [](const Map& m) { return save(*m.map, m.params); }, "The state as bytes.")
       .def(
@@ -106,7 +111,7 @@ then apply the pose cells' decision.)")
             loaded->load(stateFrom(bytes, m.params));
             m.map = std::move(loaded);
           },
-          py::arg("state"));
+          py::arg("state"), "Takes the bytes that save() of a map with the same parameters returned.");
 }
 
 }  // namespace ratslam::python

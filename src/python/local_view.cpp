@@ -77,12 +77,14 @@ Parameters by name: LocalViewCells(template_x_size=60, template_y_size=10, vt_ma
           py::arg("id"), "A template as a picture, (rows, columns) of uint8.")
       .def_property_readonly(
           "view", [](const Cells& cells) { return arrayFrom(cells.cells.viewImage()); },
-          "The present view as a picture.")
-      .def_property_readonly("memory_bytes", [](const Cells& cells) { return cells.cells.memoryBytes(); })
+          "The view of the last image as a picture, (rows, columns) of uint8.")
+      .def_property_readonly(
+          "memory_bytes", [](const Cells& cells) { return cells.cells.memoryBytes(); },
+          "Bytes that the templates and the belief over places take.")
       .def_property_readonly(
           "likeness", [](Cells& cells) { return arrayFrom(cells.cells.likeness(cells.seen)); },
-          "How like the last image each template is, (shifts, templates) of float32, more is more alike: the "
-          "graded activity of equation (3).")
+          "Likeness of each template to the last image, (shifts, templates) of float32; larger is more "
+          "alike: the graded activity of equation (3).")
       .def(
           "save", [](const Cells& cells) { return save(cells, cells.cells.params()); }, "The state as bytes.")
       .def(
@@ -92,7 +94,7 @@ Parameters by name: LocalViewCells(template_x_size=60, template_y_size=10, vt_ma
             loaded.load(stateFrom(bytes, cells.cells.params()));
             cells = std::move(loaded);
           },
-          py::arg("state"));
+          py::arg("state"), "Takes the bytes that save() of cells with the same parameters returned.");
 }
 
 }  // namespace ratslam::python

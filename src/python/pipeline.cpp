@@ -20,7 +20,7 @@ PipelineParams pipelineParams(const py::kwargs& keywords) {
   return PipelineParams::fromMap(map);
 }
 
-/// The kind of this name that is made of images. @throws std::invalid_argument naming those there are
+/// The odometry of this name that is computed from images. @throws std::invalid_argument naming those that exist
 const OdometryKind& kindOfImages(const OdometryRegistry& registry, const std::string& name) {
   std::string list;
   for (const OdometryKind& kind : registry.kinds()) {
@@ -46,8 +46,8 @@ struct System {
       const OdometryKind& kind = kindOfImages(registry, odometry);
       if (kind.needs_camera && !camera) {
         throwBadValue("odometry", odometry,
-                      "it needs the camera: set camera_fx, camera_fy, camera_cx, camera_cy, "
-                      "camera_width_px and camera_height_px");
+                      "it needs the camera: set camera_fx, camera_fy, camera_cx, camera_cy, camera_width_px "
+                      "and camera_height_px");
       }
       if (kind.name == "orb") params.odometry.of<OrbOdometryParams>().requireNoCameraFrame();
       source = params.odometry.make(kind, camera);
@@ -87,7 +87,7 @@ py::dict addImage(System& system, const py::object& stamp, const py::array& arra
 py::dict addOdometry(System& system, const py::object& stamp, double speed, double yaw_rate) {
   if (system.pipeline->odometry() != nullptr) {
     throw std::invalid_argument(
-        "odometry: this pipeline makes its own of the images; it must be external for add_odometry");
+        "odometry: this pipeline computes it from the images; it must be external for add_odometry");
   }
   OdometrySample sample;
   sample.stamp = stampFrom(stamp);
@@ -111,7 +111,7 @@ py::array_t<double> activityOf(const ActivityGrid& grid) {
 
 void bindPipeline(py::module& module) {
   py::class_<System>(module, "Pipeline",
-                     R"(The whole system over images, and odometry where that comes from outside.
+                     R"(The whole system over images, and over odometry if that comes from outside.
 
 Pipeline(odometry="profile" | "orb" | "external", parameters by name). The results are those of ratslam_run, to the last
 bit.)")
@@ -121,43 +121,48 @@ bit.)")
            py::arg("odometry") = "profile")
       .def_property_readonly("parameters", [](const System& s) { return dictionaryOf(s.params); })
       .def("add_image", &addImage, py::arg("stamp"), py::arg("image"),
-           "An image: (rows, columns) grey or (rows, columns, 3) BGR. Returns what it has set in motion: "
-           "views, "
-           "actions, estimates, mapped (stamps), and what there is to say about the image.")
+           "An image: (rows, columns) grey or (rows, columns, 3) BGR. Returns a dict: views, actions, "
+           "estimates (lists), mapped (stamps [ns] of the actions that the map has processed), told (report "
+           "of the image stage, '' if there is none).")
       .def("add_odometry", &addOdometry, py::arg("stamp"), py::arg("speed"), py::arg("yaw_rate"),
-           "Motion since the sample before: [m/s] forward, [rad/s] counter-clockwise. What cannot be used is "
-           "dropped; told says why.")
+           "Motion since the sample before: speed [m/s] forward, yaw_rate [rad/s] counter-clockwise. Returns "
+           "a dict as add_image does. A sample that cannot be used is dropped; told is then the reason.")
       .def(
           "end_odometry", [](System& s) { return dictionaryOf(s.pipeline->endOdometry(), ""); },
-          "To be called after the last sample: if its stamp jumps ahead, it has waited for the next one. "
-          "Returns the same.")
+          "To be called after the last sample, which is held if its stamp jumps ahead. Returns a dict as "
+          "add_image does.")
       .def(
           "settle", [](System& s) { s.pipeline->settle(); },
-          "Improves the map until it changes no more, as `ratslam_run` does at the end, before it writes the "
-          "final "
-          "trajectory.")
+          "Improves the map until it changes no more, as ratslam_run does at the end.")
       .def_property_readonly(
           "activity", [](const System& s) { return activityOf(s.pipeline->poseCells().cells().activity()); },
           "Of the pose cells, (heading, y, x), a copy.")
-      .def_property_readonly("estimate",
-                             [](const System& s) { return s.pipeline->poseCells().cells().estimate(); })
-      .def_property_readonly("templates", [](const System& s) { return s.pipeline->localView().size(); })
+      .def_property_readonly(
+          "estimate", [](const System& s) { return s.pipeline->poseCells().cells().estimate(); },
+          "Place of the packet after the last step, an Estimate.")
+      .def_property_readonly(
+          "templates", [](const System& s) { return s.pipeline->localView().size(); },
+          "Number of learned templates.")
       .def(
           "template",
           [](const System& s, std::uint32_t id) {
             return arrayFrom(s.pipeline->localView().templateImage(id));
           },
-          py::arg("id"))
+          py::arg("id"),
+          "A template as a picture, (rows, columns) of uint8. IndexError if there is none of this number.")
       .def_property_readonly(
           "experiences", [](const System& s) { return experiencesOf(s.pipeline->map().graph()); },
           "(experiences, 5): x, y, z [m], yaw [rad], log-scale")
-      .def_property_readonly("links", [](const System& s) { return linksOf(s.pipeline->map().graph()); })
+      .def_property_readonly(
+          "links", [](const System& s) { return linksOf(s.pipeline->map().graph()); },
+          "Dict of arrays as ExperienceMap.links.")
       .def_property_readonly(
           "online_trajectory",
           [](const System& s) { return arrayFrom(s.pipeline->map().onlineTrajectory()); },
           "(poses, 6): stamp [s], x, y, z [m], yaw [rad], log-scale")
-      .def_property_readonly("final_trajectory",
-                             [](const System& s) { return arrayFrom(s.pipeline->map().finalTrajectory()); });
+      .def_property_readonly(
+          "final_trajectory", [](const System& s) { return arrayFrom(s.pipeline->map().finalTrajectory()); },
+          "(poses, 6): the same path in the present map.");
 }
 
 }  // namespace ratslam::python

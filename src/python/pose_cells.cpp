@@ -88,14 +88,14 @@ centre cell.)")
           "step", [](Network& n, double distance, double rotation) { n.network->step(distance, rotation); },
           py::arg("distance"), py::arg("rotation"),
           "One odometry step: attract, integrate_path, a new estimate. Distance [m] along the heading, "
-          "rotation "
-          "[rad], counter-clockwise positive.")
+          "rotation [rad], counter-clockwise positive.")
       .def(
           "attract", [](Network& n) { n.network->attract(); }, "One iteration of the attractor.")
       .def(
           "integrate_path",
           [](Network& n, double distance, double rotation) { n.network->integratePath(distance, rotation); },
-          py::arg("distance"), py::arg("rotation"), "Moves the packet; the estimate stays as it was.")
+          py::arg("distance"), py::arg("rotation"),
+          "Moves the packet, distance [m] and rotation [rad] as in step. The estimate stays as it was.")
       .def(
           "inject",
           [](Network& n, int heading, int y, int x, double energy) {
@@ -117,19 +117,21 @@ centre cell.)")
           [](Network& n, const py::array_t<double, py::array::c_style | py::array::forcecast>& array) {
             n.network->setActivity(gridFrom(array, n.params));
           },
-          py::arg("activity"), "Replaces the activity, scaled so that it sums to 1.")
+          py::arg("activity"), "Replaces the activity, (heading, y, x), scaled so that it sums to 1.")
       .def_property_readonly(
           "activity", [](const Network& n) { return viewOf(n.network->activity(), n.network); },
           "(heading, y, x), a read-only view without a copy: it follows every step.")
-      .def_property_readonly("estimate", [](const Network& n) { return n.network->estimate(); })
+      .def_property_readonly(
+          "estimate", [](const Network& n) { return n.network->estimate(); },
+          "Place of the packet after the last step, an Estimate.")
       .def_property_readonly(
           "reseeds", [](const Network& n) { return n.network->reseeds(); },
-          "How often all activity had died.")
+          "Number of times that all activity had vanished and the network restarted at its last estimate.")
       .def(
           "save", [](const Network& n) { return save(*n.network, n.params); }, "The state as bytes.")
       .def(
           "load", [](Network& n, const py::bytes& bytes) { loadInto(n.network, n.params, bytes); },
-          py::arg("state"), "Takes a state that a network of the same parameters has saved.");
+          py::arg("state"), "Takes the bytes that save() of a network with the same parameters returned.");
 
   py::class_<TopologicalAction>(module, "Action", "What the pose cells decide about the map.")
       .def(py::init([](const py::object& stamp, const std::string& kind, std::uint32_t src_id,
@@ -147,9 +149,10 @@ centre cell.)")
       .def_readonly("stamp", &TopologicalAction::stamp, "[ns]")
       .def_property_readonly(
           "kind", [](const TopologicalAction& a) { return kActionNames[static_cast<std::size_t>(a.kind)]; })
-      .def_readonly("src_id", &TopologicalAction::src_id)
-      .def_readonly("dest_id", &TopologicalAction::dest_id)
-      .def_readonly("relative_rad", &TopologicalAction::relative_rad);
+      .def_readonly("src_id", &TopologicalAction::src_id, "current experience before the decision")
+      .def_readonly("dest_id", &TopologicalAction::dest_id, "current experience after the decision")
+      .def_readonly("relative_rad", &TopologicalAction::relative_rad,
+                    "heading now relative to that of dest_id [rad]");
 
   py::class_<Cells>(module, "PoseCells",
                     R"(The network with the view cells' input, equation (3), and the choice of
@@ -159,18 +162,27 @@ experiences, equation (5). Within a frame: integrate, activate, decide.)")
       .def(
           "integrate",
           [](Cells& c, double distance, double rotation) { c.cells->integrate(distance, rotation); },
-          py::arg("distance"), py::arg("rotation"), "[m] along the heading, [rad] counter-clockwise")
+          py::arg("distance"), py::arg("rotation"),
+          "One odometry step: distance [m] along the heading, rotation [rad] counter-clockwise. ValueError "
+          "if either is not finite.")
       .def(
-          "activate", [](Cells& c, const ViewEvent& view) { c.cells->activate(view); }, py::arg("view"))
-      .def("decide", [](Cells& c) { return c.cells->decide(); })
+          "activate", [](Cells& c, const ViewEvent& view) { c.cells->activate(view); }, py::arg("view"),
+          "Ties the view cell of a ViewEvent to the present estimate if it is new; injects activity where it "
+          "is tied if it is known.")
+      .def(
+          "decide", [](Cells& c) { return c.cells->decide(); },
+          "Returns the Action for the last step and view, with the stamp of that view.")
       .def_property_readonly(
           "activity", [](const Cells& c) { return viewOf(c.cells->activity(), c.cells); },
           "(heading, y, x), a read-only view without a copy.")
-      .def_property_readonly("estimate", [](const Cells& c) { return c.cells->estimate(); })
-      .def("save", [](const Cells& c) { return save(*c.cells, c.params); })
+      .def_property_readonly(
+          "estimate", [](const Cells& c) { return c.cells->estimate(); },
+          "Place of the packet after the last step, an Estimate.")
+      .def(
+          "save", [](const Cells& c) { return save(*c.cells, c.params); }, "The state as bytes.")
       .def(
           "load", [](Cells& c, const py::bytes& bytes) { loadInto(c.cells, c.params, bytes); },
-          py::arg("state"));
+          py::arg("state"), "Takes the bytes that save() of pose cells with the same parameters returned.");
 }
 
 }  // namespace ratslam::python

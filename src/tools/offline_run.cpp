@@ -98,7 +98,7 @@ SnapshotMoments chooseMoments(const RunOptions& options, std::size_t frames) {
 
 /// Checks that the output files, which replace old files, do not include any input of the run.
 void requireOutputsApart(const RunOptions& options) {
-  if (samePlace(options.input, options.out)) {
+  if (sameFile(options.input, options.out)) {
     throwBadValue("--out", options.out, "it must be another folder than the recording's own");
   }
   const std::vector<OptionPath> read = {{"INPUT", options.input},
@@ -115,7 +115,7 @@ void requireOutputsApart(const RunOptions& options) {
     std::error_code error;  // what is missing is no conflict
     const fs::path path = fs::weakly_canonical(fs::absolute(file.path, error), error);
     const bool part = path.extension() == ".part";
-    if (!file.path.empty() && samePlace(path.parent_path(), options.out) &&
+    if (!file.path.empty() && sameFile(path.parent_path(), options.out) &&
         RunLog::writes((part ? path.stem() : path.filename()).string())) {
       throwBadValue("--out", options.out, "its own files would take the place of " + file.path);
     }

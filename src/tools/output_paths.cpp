@@ -10,11 +10,11 @@ namespace ratslam {
 void requireApart(const std::vector<OptionPath>& read, const std::vector<OptionPath>& written) {
   for (auto file = written.begin(); file != written.end(); ++file) {
     for (const OptionPath& other : read) {
-      if (std::filesystem::exists(other.path) && samePlace(file->path, other.path))
+      if (std::filesystem::exists(other.path) && sameFile(file->path, other.path))
         throwBadValue(file->option, file->path, "it would take the place of " + other.option);
     }
     for (auto other = written.begin(); other != file; ++other) {
-      if (samePlace(file->path, other->path))
+      if (sameFile(file->path, other->path))
         throwBadValue(file->option, file->path, "it would take the place of " + other->option);
     }
   }

@@ -104,7 +104,7 @@ int check(const Options& options) {
 
 void requireOut(const Options& options) {
   if (options.out.empty()) throw std::invalid_argument(options.command + " needs -o FILE");
-  if (samePlace(options.out, options.file) || samePlace(options.out, options.second))
+  if (sameFile(options.out, options.file) || sameFile(options.out, options.second))
     throw std::invalid_argument(options.out + ": it is the map itself");
 }
 
@@ -126,7 +126,7 @@ void merge(const Options& options) {
   requireOut(options);
   const MapCheckpoint first = loadMapFile(options.file);
   const MapCheckpoint second = loadMapFile(options.second);
-  if (samePlace(options.file, options.second) || first.state == second.state)
+  if (sameFile(options.file, options.second) || first.state == second.state)
     throw std::invalid_argument(options.second + ": it is the same map as " + options.file);
   requireAllParts(options.file, first.state);
   requireAllParts(options.second, second.state);

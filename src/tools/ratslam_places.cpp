@@ -268,7 +268,7 @@ void run(const Options& options) {
   const Parameters params = parametersOf(options);
   requireApart({{"--config", options.config}}, {{"--out", options.out}});
   for (const std::string& pass : options.passes) {
-    if (samePlace(pass, options.out) || samePlace(pass, std::filesystem::absolute(options.out).parent_path()))
+    if (sameFile(pass, options.out) || sameFile(pass, std::filesystem::absolute(options.out).parent_path()))
       throwBadValue("--out", options.out, "it must lie in another folder than the recording's own");
   }
   AtomicFile file(options.out);

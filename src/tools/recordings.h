@@ -1,4 +1,4 @@
-// Opening of recordings of any form.
+// Opening of recordings of any kind.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 namespace ratslam {
 
 /// Opens a folder or a bag.
-/// @throws std::runtime_error saying what is missing, or listing the forms of recordings
+/// @throws std::runtime_error naming what is missing, or listing the kinds of recordings
 std::unique_ptr<Recording> openRecording(const std::string& path, const RecordingOptions& options);
 
 }  // namespace ratslam

@@ -105,7 +105,7 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
   try {
     po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
     po::notify(values);
-  } catch (const po::invalid_option_value& error) {  // all options that are no texts are counts
+  } catch (const po::invalid_option_value& error) {  // all options other than strings are integers
     throw std::invalid_argument(std::string(error.what()) + ": it must be a whole number");
   } catch (const po::too_many_positional_options_error&) {
     throw std::invalid_argument("one INPUT at a time; a path with blanks stands in quotes; see --help");

@@ -13,7 +13,7 @@ programs=$(find "$1/devel/lib/ratslam_ros" -type f -perm /111 -printf '%f\n')
 scripts=$(grep -lE -d skip '^#!.*python3' "$1"/scripts/* | xargs -n1 basename)
 bad=0
 for name in $programs $scripts; do
-  # Where two are found rosrun asks which is meant, and nobody answers.
+  # rosrun asks for a choice if it finds two; stdin is empty, so it fails.
   found=$(rosrun --prefix 'echo found' ratslam_ros "$name" </dev/null 2>&1) || true
   case "$found" in
     "found "*/"$name") ;;

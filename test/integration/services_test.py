@@ -209,7 +209,7 @@ class Services(chain.ChainTest):
             self.assertTrue(rospy.ServiceProxy(f"{self.root}/{part}/Command", PartCommand)(hold).success)
         self.drive(2)
         for name in ("ratslam_lv", "ratslam_pc"):
-            self.assertEqual(nodes[name].count("held for a service of the map, whose node does not go on"), 1, nodes[name].output())
+            self.assertEqual(nodes[name].count("did not renew its hold within 10 s: processing continues"), 1, nodes[name].output())
 
     def test_pause_and_localise_only_hold_for_a_node_that_starts_again(self):
         nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")

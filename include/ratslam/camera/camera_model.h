@@ -51,7 +51,7 @@ struct CameraModel {
   /// step of Newton's method. It is always finite.
   std::vector<Eigen::Vector2d> undistort(const std::vector<Eigen::Vector2d>& raw) const;
   Eigen::Vector2d undistort(const Eigen::Vector2d& raw) const;
-  /// The same, faster. @param guess near the result
+  /// The same, but faster, because it starts from a guess. @param guess  a pixel near the result
   Eigen::Vector2d undistort(const Eigen::Vector2d& raw, const Eigen::Vector2d& guess) const;
   /// The inverse of undistort.
   Eigen::Vector2d distort(const Eigen::Vector2d& pixel) const;

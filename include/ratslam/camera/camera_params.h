@@ -49,7 +49,8 @@ struct CameraParams {
     }
   }
 
-  /// The calibration; none if none is given. @throws std::invalid_argument naming what is no camera's
+  /// The calibration; none if none is given. @throws std::invalid_argument naming a value that no
+  /// camera can have
   std::optional<CameraModel> model() const {
     if (fx <= 0.0) return std::nullopt;
     try {
@@ -61,7 +62,7 @@ struct CameraParams {
   }
 
  private:
-  /// A calibration without its focal length would be ignored as a whole.
+  /// Refuses a calibration without camera_fx, which would be ignored. @throws std::invalid_argument
   void refusePart() const {
     const std::string requirement =
         "it has no effect without camera_fx; give the whole calibration, or none of it";

@@ -1,4 +1,5 @@
-/// Detection of a frozen camera: only a camera that hangs gives exactly the same image again.
+/// Detection of a frozen camera. Noise makes two images of a working camera differ, so equal pixels mean that it has
+/// stopped.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -1,9 +1,10 @@
 /// Decoding of images from drivers, bags and folders.
 ///
-/// The result is CV_8UC1, CV_8UC3 (BGR), CV_16UC1 or CV_16UC3, in its own memory. The models take colours of 8 bits, to
-/// which ImageStage converts them once it knows how many of the 16 bits are used. Alpha is dropped, a Bayer mosaic is converted
-/// to colours, of YUV the luminance is kept. Orientation tags (EXIF) are ignored in files and in messages. Sizes are
-/// checked in 64 bits before memory is allocated. Of OpenCV's decoders only those for JPEG and PNG are called.
+/// The result is CV_8UC1, CV_8UC3 (BGR), CV_16UC1 or CV_16UC3, in its own memory. ImageStage converts colours of 16
+/// bits to 8 bits for the models, once it has found how many of the 16 bits are used. Alpha is dropped, a Bayer mosaic
+/// is converted to colours, and only the luminance of YUV is kept. Orientation tags (EXIF) are ignored in files and in
+/// messages. Sizes are checked in 64 bits before memory is allocated. Only OpenCV's decoders for JPEG and PNG are
+/// called.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,7 @@
 
 namespace ratslam {
 
-/// Thrown for bytes that hold no usable image; the message says why.
+/// Thrown for bytes that hold no usable image; the message is the reason.
 class BadImage : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -11,7 +11,7 @@ namespace ratslam {
 /// Whether an image shows the scene.
 enum class ImageQuality : std::uint8_t {
   kUsable = 0,
-  kFrozen = 1,  ///< exactly the pixels of the image before: the camera has stopped, the robot may not have
+  kFrozen = 1,  ///< exactly the pixels of the image before: the camera has stopped; the robot may still move
   kBlank = 2,   ///< no texture: darkness, glare, a covered lens
 };
 

@@ -1,6 +1,6 @@
 /// A file that is written under a temporary name and renamed once it is complete.
 ///
-/// If the program ends before commit(), or the disk refuses something, the old file remains.
+/// If the program ends before commit(), or writing fails, the old file remains.
 #pragma once
 
 #include <fstream>
@@ -11,7 +11,8 @@ namespace ratslam {
 class AtomicFile {
  public:
   /// Opens PATH.part. Numbers have enough digits to give the same doubles when read.
-  /// @throws std::runtime_error naming the path if it cannot be written, or exists and is no file, a bag or a database
+  /// @throws std::runtime_error naming the path if it cannot be written, or exists and is not a regular file, or is a bag
+  /// or a database
   explicit AtomicFile(std::string path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;

@@ -23,8 +23,8 @@ namespace ratslam {
 /// @throws std::runtime_error naming file, line and reason
 std::vector<OdometrySample> readOdometryCsv(const std::string& path);
 
-/// Writes the form of readOdometryCsv, which restores the same bits. Poses are written if all samples have one. The
-/// stream's precision is not changed.
+/// Writes samples as CSV, from which readOdometryCsv restores the same bits. Poses are written if all samples have one.
+/// The stream's precision is not changed.
 void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& samples);
 /// @throws std::runtime_error naming the file if it cannot be written; an old file remains then
 void writeOdometryCsv(const std::string& path, const std::vector<OdometrySample>& samples);
@@ -50,7 +50,7 @@ class RecordingWithOdometry : public Recording {
   std::size_t next_odometry_ = 0;
   std::optional<RecordedImage> waiting_image_;
   std::optional<RecordedImage> image_after_;
-  std::exception_ptr failure_;  ///< of reading the image after; the one that waits comes first
+  std::exception_ptr failure_;  ///< of reading the image after; thrown once the waiting one is handed out
   std::optional<Stamp> last_image_;
 };
 

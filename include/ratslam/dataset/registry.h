@@ -1,4 +1,4 @@
-/// Registry of the forms of recordings that can be read.
+/// Registry of the kinds of recordings that can be read.
 #pragma once
 
 #include <functional>
@@ -21,11 +21,11 @@ struct RecordingOptions {
   int rotate_deg = 0;  ///< turn the images of a recorder's folder clockwise
 };
 
-/// A form of recordings.
+/// A kind of recording.
 struct RecordingKind {
   std::string what;  ///< "a KITTI sequence (image_0/, times.txt)"
   std::function<bool(const std::string& path, const RecordingOptions&)> recognises;
-  /// @throws std::exception saying what is missing or malformed, or which option this form does not have
+  /// @throws std::exception naming what is missing or malformed, or the option that this kind does not have
   std::function<std::unique_ptr<Recording>(const std::string& path, const RecordingOptions&)> open;
 };
 
@@ -41,7 +41,7 @@ class RecordingRegistry {
   std::vector<RecordingKind> kinds_;
 };
 
-/// The forms of folders; bags need ROS.
+/// The kinds that are folders; bags need ROS.
 RecordingRegistry folderRecordings();
 
 }  // namespace ratslam

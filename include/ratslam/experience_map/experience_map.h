@@ -45,7 +45,7 @@ class ExperienceMap {
   /// starts at the map's current experience, because odometry has been accumulated from there.
   /// @param geometry the recall as image geometry measured it, or null: relative to the template of the recalled
   /// experience, or, for a new experience, to the known template that was recalled when it was created.
-  /// @throws std::invalid_argument if an experience does not exist, a new one has not the next number, a
+  /// @throws std::invalid_argument if an experience does not exist, a new one does not have the next number, a
   /// recalled one is the current one, or a number is not finite. The map is then unchanged.
   void apply(const TopologicalAction& action, const RecallGeometry* geometry = nullptr);
 

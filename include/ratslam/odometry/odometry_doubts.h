@@ -1,7 +1,7 @@
-/// Looks for odometry that is well formed but not what the models take it for. It changes no result.
+/// Detects odometry that is well formed but that the models would misinterpret. It changes no result.
 ///
 ///  - Motion to the side: the models move forward only.
-///  - A twist in another unit than the pose (mm/s with m, degrees/s with rad): the twist drives the map, and the pose
+///  - A twist in another unit than the pose (mm/s with m, degrees/s with rad): the map follows the twist, and the pose
 ///    contradicts it all the time. (A pose that moves much more than the twist counts as a jump, odometry_timeline.h.)
 #pragma once
 
@@ -15,7 +15,7 @@ namespace ratslam {
 
 class OdometryDoubts {
  public:
-  /// Takes the next sample of an odometry from outside. @return new doubts, each a sentence; each comes once
+  /// Takes the next sample of an odometry from outside. @return new doubts, each a sentence; each is returned once
   std::vector<std::string> add(const OdometrySample& sample);
 
  private:

@@ -26,13 +26,13 @@ namespace ratslam {
 
 struct OdometryStreamParams {
   double odometry_gap = 2.0;
-  double time_reset = 1.0;
+  double odometry_reset = 1.0;
 
   template <class Visitor>
   void visitFields(Visitor&& visit) {
     visit("odometry_gap", odometry_gap, Bounds{1e-3, 1e6},
           "time without odometry after which the motion counts as unmeasured [s]");
-    visit("odometry_reset", time_reset, Bounds{1e-3, 1e6},
+    visit("odometry_reset", odometry_reset, Bounds{1e-3, 1e6},
           "a stamp of odometry or a view that steps back by less is late and left out; by more, time begins "
           "anew [s]");
   }

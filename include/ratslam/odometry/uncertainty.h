@@ -9,7 +9,8 @@
 namespace ratslam {
 
 /// Why a covariance cannot be used: a value is not finite, a variance is negative, the matrix is not symmetric, or
-/// the variance of forward speed or yaw rate is that of no odometry. Empty if it can be used.
+/// the variance of forward speed or yaw rate is 10^4 or more [m^2/s^2, rad^2/s^2], or an entry exceeds what its
+/// variances allow. Empty if it can be used.
 std::string whyAbsurd(const TwistCovariance& covariance);
 
 /// Attitude without the yaw: the rotation that remains of a pose when its heading is removed on the left.

@@ -52,10 +52,6 @@ class ActivityGrid {
   const std::vector<Box>& boxes() const { return boxes_; }
 
   double sum() const;
-  /// Activity summed over the headings, shape n_xy x n_xy, row by row.
-  std::vector<double> planeProjection() const;
-  /// Activity summed over the plane, shape n_th.
-  std::vector<double> headingProjection() const;
 
   /// Multiplies all activity.
   void scale(double factor);

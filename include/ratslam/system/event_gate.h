@@ -2,16 +2,18 @@
 ///
 /// Which events pass, in which order and with which motion depends on stamps and values, not on arrival order.
 ///
-/// Time may go back by more than time_reset in both streams (a looped bag): then a new time begins. Events of the
+/// Time may go back by more than odometry_reset in both streams (a looped bag): then a new time begins. Events of the
 /// new time wait until the odometry has gone back as well, and samples of the new time wait for the events. So no
 /// motion is measured across the jump. A second source with earlier stamps (two publishers of one topic) is not
 /// mistaken for a jump.
 ///
-/// A single sample whose stamp lies ahead of time must not end the stream. So a sample that is the first, or that jumps
-/// ahead by more than time_reset, is held until another one decides: if the next goes on from it, or an event reaches its
-/// stamp, then time did jump. If the next is back near the old time (of a first sample: the next two), the held one
-/// is dropped. A single event ahead of time is dropped while it waits, if the next event is back near the old time and
-/// the odometry goes on there.
+/// A single sample with a stamp far ahead must not end the stream. So a sample that is the first, or that jumps ahead
+/// by more than odometry_reset, is held. The next sample decides. If it continues from the held one, or an event
+/// reaches the held stamp, the held sample is accepted. If it continues from the sample before, the held one is dropped
+/// (if the held one is the first, two such samples are needed).
+///
+/// A single event with a stamp far ahead is dropped while it waits, if the next event and the odometry continue from
+/// the event before.
 #pragma once
 
 #include <deque>
@@ -73,7 +75,7 @@ class EventGate {
   void acceptHeld() {
     if (held_) decideHeld([this](const OdometrySample& sample) { return admit(sample); });
   }
-  /// Number of samples that went back in time, while the events did not, and so were not used; and the stamp of the
+  /// Number of samples that were not used, because they went back in time and the events did not; and the stamp of the
   /// first of them.
   std::uint64_t leftBehind() const { return left_behind_ + earlier_.size(); }
   std::optional<Stamp> firstLeftBehind() const {
@@ -83,10 +85,11 @@ class EventGate {
 
   /// Whether an event of this stamp would open a new time.
   bool opensNewTime(Stamp stamp) const {
-    return last_event_ && stamp < *last_event_ && secondsBetween(stamp, *last_event_) >= params_.time_reset;
+    return last_event_ && stamp < *last_event_ &&
+           secondsBetween(stamp, *last_event_) >= params_.odometry_reset;
   }
 
-  /// An event of this stamp will be added, so that a held sample with a stamp up to it is right.
+  /// Announces an event of this stamp. A held sample with a stamp up to it is accepted.
   void expect(Stamp stamp) {
     if (held_ && stamp >= held_->stamp) acceptHeld();
   }
@@ -194,7 +197,7 @@ class EventGate {
   /// Keeps a sample of an earlier time, until the events go back, too.
   SampleVerdict keepEarlier(const OdometrySample& sample) {
     if (!earlier_.empty() && sample.stamp <= earlier_.back().stamp) {
-      if (secondsBetween(sample.stamp, earlier_.back().stamp) < params_.time_reset)
+      if (secondsBetween(sample.stamp, earlier_.back().stamp) < params_.odometry_reset)
         return SampleVerdict::kLate;
       forgetEarlier();
     }
@@ -204,9 +207,10 @@ class EventGate {
     return first ? SampleVerdict::kTimeWentBack : SampleVerdict::kAccepted;
   }
 
-  /// A sample before the first one, which is held. None if the first one is dropped, and the sample is still to be added.
+  /// A sample before the first one, which is held. None if the first one is dropped, and the sample is still to be
+  /// added.
   std::optional<SampleVerdict> addBeforeFirst(const OdometrySample& sample) {
-    if (secondsBetween(sample.stamp, held_->stamp) < params_.time_reset) return SampleVerdict::kLate;
+    if (secondsBetween(sample.stamp, held_->stamp) < params_.odometry_reset) return SampleVerdict::kLate;
     if (earlier_.empty() || sample.stamp <= earlier_.back().stamp) return keepEarlier(sample);
     dropHeld();
     for (const OdometrySample& earlier : std::exchange(earlier_, {})) odometry_.push(earlier);
@@ -215,20 +219,21 @@ class EventGate {
 
   bool continuesEarlier(Stamp stamp) const {
     return !earlier_.empty() && stamp > earlier_.back().stamp &&
-           secondsBetween(earlier_.back().stamp, stamp) < params_.time_reset;
+           secondsBetween(earlier_.back().stamp, stamp) < params_.odometry_reset;
   }
 
-  /// Whether another sample must show that time is what this stamp says.
+  /// Whether a sample of this stamp must be held until another one confirms it.
   bool isDoubtful(Stamp stamp) const {
     const std::optional<Stamp> last = odometry_.lastStamp();
     if (!last) return true;
-    return stamp > *last && secondsBetween(*last, stamp) > params_.time_reset && !continuesEarlier(stamp);
+    return stamp > *last && secondsBetween(*last, stamp) > params_.odometry_reset && !continuesEarlier(stamp);
   }
 
-  /// Whether a stamp between the last one and that of the held sample shows that the latter was wrong. If not, it is late.
+  /// Whether a sample with a stamp between the last one and the held one shows that the held stamp is wrong. If not,
+  /// that sample is late.
   bool refutesHeld(Stamp stamp) const {
     const double back = secondsBetween(stamp, held_->stamp);
-    return back >= params_.time_reset || secondsBetween(*odometry_.lastStamp(), stamp) < back;
+    return back >= params_.odometry_reset || secondsBetween(*odometry_.lastStamp(), stamp) < back;
   }
 
   void dropHeld() { decided_.push_back({*std::exchange(held_, std::nullopt), SampleVerdict::kAhead}); }
@@ -278,14 +283,14 @@ class EventGate {
     }
   }
 
-  /// Whether the newest of the waiting events was wrong by its stamp, as the next event and the odometry show.
+  /// Whether the next event and the odometry show that the stamp of the newest waiting event is wrong.
   bool newestIsAhead(Stamp next) const {
     const std::optional<Stamp> last = odometry_.lastStamp();
     if (!drops_ahead_ || !last || events_.empty() || *last >= *newest_taken_) return false;
     const double back = secondsBetween(next, *newest_taken_);
-    if (back < params_.time_reset) return false;
+    if (back < params_.odometry_reset) return false;
     if (!taken_before_) return true;
-    const bool jumped = secondsBetween(*taken_before_, *newest_taken_) > params_.time_reset;
+    const bool jumped = secondsBetween(*taken_before_, *newest_taken_) > params_.odometry_reset;
     const bool near_the_old_time = next > *taken_before_ && secondsBetween(*taken_before_, next) < back;
     const bool odometry_goes_on = *last > *taken_before_;
     return jumped && near_the_old_time && odometry_goes_on;

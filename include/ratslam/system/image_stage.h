@@ -3,11 +3,11 @@
 /// The stage takes the images in order. It hands each one on as an ImageFrame or leaves it out. Each fault is
 /// counted and reported:
 ///   - Bytes that give no image (image_decoding.h) and images that a model refuses are left out.
-///   - An image of another size than those before is left out. But once more images in a row have the new size
-///     than had the old one, the stream begins anew (so one odd image at the start costs two).
-///   - A stamp that steps back by less than time_reset is late: the image is left out. If it steps back by
-///     more, time begins anew, unless it is the image before that had jumped ahead alone. A repeated
-///     stamp, or a stamp of zero among others, is left out.
+///   - An image of another size than those before is left out. If more images in a row have the new size than had the
+///     old one, the stream begins anew. (So one image of a wrong size at the start costs two images.)
+///   - A stamp that steps back by less than time_reset is late: the image is left out. If it steps back by more, time
+///     begins anew, unless only the image before had jumped ahead. An image with a repeated stamp, or with a stamp of
+///     zero among others, is left out.
 ///   - An image with exactly the pixels of the one before is handed on as frozen, one without texture as blank.
 ///   - 16-bit images that use fewer bits (12-bit sensors) are scaled up to 16. Colours are then converted to 8 bits.
 /// The result depends only on the images so far.
@@ -65,7 +65,7 @@ enum class ImageEvent : std::uint8_t {
 };
 constexpr std::size_t kImageEvents = 11;
 
-/// Numbers of images that came, that were used, and of each fault.
+/// Numbers of images that arrived, that were used, and of each fault.
 struct ImageCounts {
   std::size_t images = 0;
   std::size_t used = 0;
@@ -112,9 +112,9 @@ class ImageStage {
   ImageCounts counts_;
   std::optional<Stamp> last_stamp_;
   std::optional<Stamp> stamp_before_;  ///< of the image before the last
-  bool handed_on_ = false;        ///< the last image was; not saved, as this and the next are of one image
-  bool refused_ = false;          ///< by a model, the last image was
-  cv::Size size_;                 ///< of the images handed on, empty before the first
+  bool handed_on_ = false;  ///< whether the last image was handed on; valid until the next image, not saved
+  bool refused_ = false;    ///< whether a model refused the last image; valid as long
+  cv::Size size_;           ///< of the images handed on, empty before the first
   std::size_t used_of_size_ = 0;  ///< images handed on since the size was set
   cv::Size other_size_;           ///< of the images just left out
   std::size_t others_in_a_row_ = 0;

@@ -4,8 +4,8 @@
 /// An image is described when it comes. With belief its view cell is decided once the odometry has reached its stamp;
 /// with vt_recall nearest at once. The result depends only on stamps and values.
 ///
-/// From a frozen or blank frame nothing is learned or recalled. Its event has no view: so the pose cells still process
-/// its stamp, and only odometry moves them.
+/// Nothing is learned or recalled from a frozen or blank frame. Its event has no view: the pose cells process its
+/// stamp, and only odometry moves them.
 #pragma once
 
 #include <deque>
@@ -51,7 +51,7 @@ class LocalViewStage {
   }
   bool needsOdometry() const { return cells_.params().recall.believes(); }
 
-  /// kTimeWentBack: the stream has been reset, and this sample sets the clock.
+  /// kTimeWentBack: the sample opens a new time, which begins once the images have gone back, too (event_gate.h).
   SampleVerdict addOdometry(const OdometrySample& sample);
   /// Samples that were held by their stamps and have been decided (event_gate.h).
   std::vector<DecidedSample> takeDecided();
@@ -144,7 +144,9 @@ class LocalViewStage {
   std::deque<Certainty> certainties_;  ///< of the samples that no view has used yet
   std::optional<Stamp> last_sample_;
   std::uint32_t source_epoch_ = 0;  ///< of the last sample
-  std::uint32_t epoch_ = 0;  ///< changes with the source's, after unmeasured motion and with interrupt()
+  /// Epoch of dead reckoning without the new beginnings of the odometry's time, which epoch() adds. It grows if the
+  /// source's epoch changes, at the begin and the end of unmeasured motion, and with interrupt().
+  std::uint32_t epoch_ = 0;
 };
 
 }  // namespace ratslam

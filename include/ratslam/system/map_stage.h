@@ -30,8 +30,8 @@ class MapStage {
   void expect(Stamp stamp) { gate_.expect(stamp); }
   /// To be called after the last sample.
   void endOdometry() { gate_.acceptHeld(); }
-  /// Adds the decision of a view event, also of kind kNone. No decision is left out, because each one that creates an
-  /// experience counts for the numbers. One that is a little late counts as simultaneous with the one before.
+  /// Adds the decision of a view event, also one of kind kNone. No decision may be left out, because the map counts the
+  /// new experiences. A late decision gets the stamp of the one before it.
   /// @return false if time has gone back
   bool addDecision(const TopologicalAction& action);
   /// Adds the geometry of a recall. If too many wait for their decisions, the oldest is forgotten; its decision then
@@ -48,7 +48,6 @@ class MapStage {
   std::size_t waitingDecisions() const { return gate_.size(); }
   /// Stamp of the newest decision; none after interrupt().
   std::optional<Stamp> lastDecision() const { return gate_.lastEvent(); }
-  std::size_t waitingGeometry() const { return geometry_.size(); }
   /// Number of geometries that were forgotten before their decision came.
   std::size_t forgottenGeometry() const { return forgotten_; }
   /// Pose of the robot by all odometry so far, also that after the last decision.

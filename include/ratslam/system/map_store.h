@@ -4,10 +4,10 @@
 /// and a stamp. Templates, the views' ties to the pose cells, experiences and links have their own tables with a
 /// row each. Everything else is stored in compressed chunks (docs/map_file.md has every table and column).
 ///
-/// Saving is one transaction. If a crash, a full disk or a power failure interrupts it, the file holds the previous
-/// checkpoint. Only chunks and rows that changed are written. SQLite uses its rollback journal and no write-ahead
-/// log: so at rest the map is one file, which can be copied, and read from a read-only folder. A digest over the
-/// whole content detects damage that SQLite itself does not notice.
+/// Saving is one transaction. If a crash, a full disk or a power failure interrupts it, the previous checkpoint is
+/// restored, at the latest when the file is read. Only chunks and rows that changed are written. SQLite uses its
+/// rollback journal and no write-ahead log: so after a complete save the map is one file, which can be copied, and read
+/// from a read-only folder. A digest over the whole content detects damage that SQLite itself does not notice.
 #pragma once
 
 #include <cstdint>
@@ -54,8 +54,10 @@ std::map<std::string, std::string> parameterTexts(Params params);
 void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
                        const std::map<std::string, std::string>& parameters);
 
-/// Reads a map file. Changes neither the file nor its folder.
-/// @throws std::runtime_error "FILE: what is wrong with it": missing, no map file, of a newer version, damaged
+/// Reads a map file. The file does not change, unless a save was interrupted: then that save is undone, for which the
+/// file and its folder must be writable.
+/// @throws std::runtime_error "FILE: what is wrong with it": missing, not a map file, of a newer version, damaged, or
+/// the interrupted save cannot be undone
 MapCheckpoint loadMapFile(const std::string& path);
 
 /// Lock of the one program that writes to a map. The operating system releases it when that program ends in any way.
@@ -78,7 +80,7 @@ class MapLock {
 class MapWriter {
  public:
   /// Creates the file if it is missing.
-  /// @throws std::runtime_error if the folder or file cannot be written, or it is no map file
+  /// @throws std::runtime_error if the folder or file cannot be written, or it is not a map file
   explicit MapWriter(const std::string& path);
   ~MapWriter();
   MapWriter(const MapWriter&) = delete;

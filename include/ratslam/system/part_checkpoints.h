@@ -37,7 +37,7 @@ class PartCheckpoints {
   PartCheckpoints& operator=(const PartCheckpoints&) = delete;
 
   /// The part's State from the newest usable checkpoint; none if there is none.
-  /// @param report receives one line each: which checkpoint is used, and what is wrong with a newer one.
+  /// @param report receives one line for each damaged checkpoint, and one that names the checkpoint used.
   /// @throws std::runtime_error if a checkpoint was made with other parameters
   std::optional<State> resume(const std::function<void(const std::string&)>& report);
 

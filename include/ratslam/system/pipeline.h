@@ -82,14 +82,14 @@ class Pipeline {
   Pipeline(const PipelineParams& params, std::unique_ptr<OdometrySource> odometry,
            const std::optional<CameraModel>& camera = std::nullopt);
 
-  /// To be called before addImage with the image's stamp, to get the results that it sets free apart from its own: a
-  /// sample that jumps ahead to this stamp has been held (event_gate.h).
+  /// To be called before addImage, with the image's stamp. An odometry sample that is held because it jumps ahead
+  /// (event_gate.h) is accepted if the image reaches its stamp. @return the results of that sample alone
   Progress expectImage(Stamp stamp);
   /// Processes an image. If one of the models cannot use it, only that model leaves it out, as its node would.
   Progress addImage(const ImageFrame& frame);
   /// Processes a sample of odometry. One that is impossible, repeats a stamp or is late is left out and counted.
   Progress addOdometry(const OdometrySample& sample);
-  /// To be called when no odometry will follow: a last sample whose stamp is in doubt is then taken (event_gate.h).
+  /// To be called when no odometry will follow. A last sample that is held because it jumps ahead is then accepted.
   Progress endOdometry();
 
   /// Solves the map to its optimum. The newest pose of the online trajectory does not change.
@@ -144,7 +144,7 @@ class Pipeline {
   void track(const ImageFrame& frame, Progress& progress);
   void observe(const ImageFrame& frame, Progress& progress);
   std::vector<OdometrySample> feedOdometry(const OdometrySample& sample);
-  /// The samples among those that were held which are taken.
+  /// Those of the held samples that were accepted.
   std::vector<OdometrySample> takeDecided();
   bool isTaken(const OdometrySample& sample, SampleVerdict verdict);
   void drain(Progress& progress);

@@ -1,4 +1,4 @@
-/// The output files of a run. Nodes and offline runner leave the same files.
+/// The output files of a run, written by ratslam_run. The nodes write those of trajectory_files.h.
 ///
 ///     trajectory_online.tum    poses as they were estimated at the time
 ///     pose_covariance.csv      the same poses at the decisions, with covariance: stamp,x,y,z,yaw, then the upper
@@ -11,9 +11,10 @@
 ///     actions.csv              stamp,action,src_id,dest_id,x,y,th: one line per decision; x, y, th [cells]
 ///     summary.json             counts, version, parameters, ms per frame of each module
 ///     pose_cells.csv           activity of the pose cells at a few moments (pose_cell_snapshots.h)
+///     pose_cells.npz           the same at regular numbers of views, if asked for (pose_cell_recording.h)
 ///
-/// All files are written under temporary names and renamed together at the end. A run that was killed, or ran out of
-/// disk, leaves the files of an earlier run. A run that ends leaves no file of an earlier run.
+/// All files are written under temporary names and renamed together at the end. After a run that was killed, or ran out
+/// of disk, the files of an earlier run remain. A run that ends removes those that it does not replace.
 #pragma once
 
 #include <map>

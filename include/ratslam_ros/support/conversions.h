@@ -40,23 +40,23 @@ void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sam
 ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message);
 ratslam_ros::ViewTemplate viewToMessage(const ViewEvent& view);
 
-/// ViewTemplate has only OpenRatSLAM's fields. So the session of the views' numbers follows the frame's name.
+/// ViewTemplate has no field for the session, so it is appended to frame_id: "FRAME session ID KNOWN".
 std::string withSession(const std::string& frame_id, const NumberSession& session);
 /// The session in such a frame_id; id 0 if there is none.
 NumberSession sessionIn(const std::string& frame_id);
 
-/// @throws std::runtime_error for an action that is none of those of the message
+/// @throws std::runtime_error for an action number that the message type does not define
 TopologicalAction actionFromMessage(const ratslam_ros::TopologicalAction& message);
 ratslam_ros::TopologicalAction actionToMessage(const TopologicalAction& action);
 
 /// The decision inside a state message, kNone included.
-/// @throws std::runtime_error for an action that is none of those of the message
+/// @throws std::runtime_error for an action number that the message type does not define
 TopologicalAction actionFromMessage(const ratslam_ros::PoseCellState& message);
 
 RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message);
 ratslam_ros::RecallGeometry geometryToMessage(const RecallGeometry& geometry);
 
-/// @throws std::runtime_error if the value is no number, or the parameter cannot change
+/// @throws std::runtime_error if the value is not a number, or the parameter may not change while the nodes run
 ParameterChange changeFromMessage(const ratslam_ros::ParameterChange& message);
 
 geometry_msgs::Quaternion yawToMessage(double yaw_rad);

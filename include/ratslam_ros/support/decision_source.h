@@ -16,7 +16,7 @@ class DecisionSource {
   /// @param parameter  state, action or auto   @param state_is_published  asks the ROS master
   DecisionSource(const std::string& parameter, std::function<bool()> state_is_published);
 
-  /// Whether a message of that topic counts.
+  /// Whether the map uses a message of PoseCell/State, or of PoseCell/TopologicalAction.
   bool takesState();
   bool takesAction();
   /// Whether the actions were selected.

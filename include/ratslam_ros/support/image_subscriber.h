@@ -13,7 +13,7 @@
 
 #include "ratslam/system/image_stage.h"
 #include "ratslam_ros/support/counted_warning.h"
-#include "ratslam_ros/support/newest_first_queue.h"
+#include "ratslam_ros/support/drop_oldest_queue.h"
 #include "ratslam_ros/support/node_params.h"
 #include "ratslam_ros/support/stream_watch.h"
 
@@ -84,7 +84,7 @@ class ImageSubscriber {
   std::array<CountedWarning, kImageEvents> warnings_;
   ImageStage stage_;
   StreamWatch watch_;
-  NewestFirstQueue<Waiting> queue_;
+  DropOldestQueue<Waiting> queue_;
   ImageTraffic traffic_;
   CountedWarning dropped_;
   ros::Subscriber subscriber_;

@@ -9,9 +9,9 @@
 ///     ExperienceMap/WriteTrajectories   Trigger   to trajectory_file
 ///     ExperienceMap/SaveTrajectories    MapPath   to another name
 ///
-/// Each answers in one line what it has done, or why it has not. They run in a thread of their own, so that the node goes
-/// on while they wait for the others; what they do to the node itself is done in the node's thread. What they do to all
-/// parts is done at one message of the stream (part_calls.h).
+/// Each service answers with one line: what it has done, or why it has not. The services run in a thread of their own,
+/// so that the node processes messages while they wait for other nodes. They change the node itself only in its own
+/// thread. All parts are changed or saved at one message of the stream (part_calls.h).
 #pragma once
 
 #include <ros/callback_queue.h>
@@ -35,7 +35,8 @@ class MapServices {
   /// Writes trajectories. @return text of the answer
   using Write = std::function<std::string(const std::string& file)>;
 
-  /// What the map has still to process, up to the last decision; see PartCalls. @param all  also those that wait
+  /// What the map has not received yet, up to the last decision (PartCalls::Behind). @param all  also what it has
+  /// received but not processed
   using Behind = std::function<std::string(const StreamPoint& last, Stamp last_change, bool all)>;
 
   /// @param own  the map's own part
@@ -53,14 +54,15 @@ class MapServices {
   void advertise(const char* name, std::function<std::string(typename Service::Request&)> action);
   void advertiseAll();
 
-  /// Does something in the node's own thread. @return its result   @throws std::runtime_error with its message
+  /// Runs `action` in the node's own thread. @return its result   @throws std::runtime_error with the message of its
+  /// exception
   std::string inNode(std::function<std::string()> action);
-  /// @throws std::runtime_error if nothing is mapped, so that no empty file is written as a success
+  /// @throws std::runtime_error if nothing is mapped; otherwise an empty file would be reported as a success
   void requireMap();
   std::string writeTrajectories(const std::string& file);
   std::string saveMap(const std::string& path);
   std::string loadMap(const std::string& path);
-  /// Sends commands to every part while all stand still. @return their names
+  /// Sends commands to every part while all are held. @return the names of their services
   std::string toAll(const std::vector<Request>& requests);
   void toOwn(const Request& request);
   /// Sets a parameter for parts that start later.

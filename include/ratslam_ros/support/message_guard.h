@@ -50,7 +50,7 @@ class MessageGuard {
   void publishCounts(const ros::NodeHandle& handle, const std::string& part = "messages");
 
   std::size_t dropped(const std::string& topic) const;
-  /// Checks the number that ROS gave a message.
+  /// Counts messages lost before this one, by the number that ROS gave it. @param seq  header.seq
   void number(const std::string& topic, const std::string& publisher, std::uint32_t seq);
   std::size_t lost(const std::string& topic) const;
 

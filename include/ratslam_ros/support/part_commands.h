@@ -15,7 +15,7 @@
 
 namespace ratslam {
 
-/// Parameters below topic_root: what the services of the map have asked for, and holds for parts that start later.
+/// Parameters below topic_root that hold the last request of Pause and LocaliseOnly, for parts that start later.
 constexpr char kAskedPause[] = "ExperienceMap/asked/pause";
 constexpr char kAskedLocaliseOnly[] = "ExperienceMap/asked/localise_only";
 
@@ -33,7 +33,7 @@ struct PartActions {
   std::function<void(const State&)> load;  ///< continues in the loaded state; the path begins unconnected
   std::function<void(bool)> setLearning;
   std::function<void()> hold;  ///< called when a hold begins; empty: nothing is to be done
-  /// Continues after a hold, with all that has come meanwhile. Empty if the part is never held.
+  /// Called when a hold ends: processes what has arrived meanwhile. Empty if the part is never held.
   std::function<void()> goOn;
 };
 
@@ -44,10 +44,10 @@ class PartCommands {
 
   PartCommands(NodeCheckpoints& checkpoints, PartActions actions);
 
-  /// Stores the part's present state as the state after a reset, and reads what the map's services have asked for: a
-  /// restarted part is paused as the others are.
+  /// Stores the part's present state as the state after a reset, and reads the last requests of Pause and LocaliseOnly,
+  /// so that a restarted part is paused if the others are.
   void start(const ros::NodeHandle& handle, const NodeParams& params);
-  /// To be called once the checkpoint is loaded: from here on the part learns, unless it must not.
+  /// To be called once the checkpoint is loaded. From here on the part learns, unless LocaliseOnly forbids it.
   void resumed();
   /// Offers the service for commands.
   void advertise(ros::NodeHandle& handle, const std::string& service);
@@ -55,9 +55,9 @@ class PartCommands {
   const std::string& part() const { return checkpoints_.files().settings().part; }
   bool paused() const { return paused_; }
 
-  /// Whether the part must not publish. Then its input waits, as if the node were busy.
+  /// Whether the part is held: it must not publish, and its input waits, as if the node were busy.
   bool held() const { return held_until_.has_value(); }
-  /// To be called regularly: ends a hold that nobody renews.
+  /// To be called regularly. Ends a hold that has not been renewed for 10 s.
   void watchHold();
   /// To be called for each message that comes from the part before this one, and for each that goes to the next one.
   void heard(const StreamPoint& message) { heard_ = message; }
@@ -68,7 +68,7 @@ class PartCommands {
 
   /// @throws std::exception with one clear line
   void run(const Request& request);
-  /// What is missing up to the last message of the part before this one; empty if that has come.
+  /// A complaint if this part has not received `last`, the last message of the part before it; else empty.
   std::string missing(const StreamPoint& last) const;
 
  private:

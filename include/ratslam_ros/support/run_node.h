@@ -11,8 +11,8 @@
 
 namespace ratslam {
 
-/// Like ros::spin, but SIGINT (which roslaunch sends), SIGTERM and SIGHUP leave the connections open, so that the caller
-/// can still publish and write. Needs ros::init_options::NoSigintHandler.
+/// Like ros::spin, but returns at SIGINT (which roslaunch sends), SIGTERM and SIGHUP with the connections still open,
+/// so that the caller can still publish and write. Needs ros::init_options::NoSigintHandler.
 void spinUntilStopped();
 
 template <class Node, class = void>
@@ -26,7 +26,7 @@ template <class Node>
 int runNode(int argc, char** argv, const std::string& name) {
   try {
     ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
-  } catch (const std::exception& e) {  // a name or namespace that is none
+  } catch (const std::exception& e) {  // an invalid name or namespace
     ROS_FATAL("%s: %s", name.c_str(), e.what());
     return 1;
   }

@@ -1,6 +1,7 @@
 /// Lets a node subscribe only once its outputs have subscribers, so that a playback loses no message at its start: the
-/// last node of the chain subscribes first, and the player waits for all nodes. Then the node advertises ~started,
-/// because nodelets of one process share connections, from which their subscriptions cannot be told.
+/// last node of the chain subscribes first, and the player waits for all nodes. Once it has subscribed, the node
+/// advertises ~started, on which nothing is published. The player waits for it, because nodelets of one process share
+/// connections, which do not show which of them has subscribed.
 #pragma once
 
 #include <ros/node_handle.h>

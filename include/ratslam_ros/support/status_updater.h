@@ -35,7 +35,7 @@ class DiagnosticStatus : public diagnostic_msgs::DiagnosticStatus {
     level = new_level;
     message = words;
   }
-  /// The words are formatted as by printf.
+  /// The same with words that are formatted as by printf.
   __attribute__((format(printf, 3, 4))) void summaryf(unsigned char new_level, const char* format, ...) {
     char words[1000];
     va_list arguments;
@@ -58,7 +58,7 @@ class DiagnosticStatus : public diagnostic_msgs::DiagnosticStatus {
 /// Publishes the states of a node's parts on /diagnostics.
 class StatusUpdater {
  public:
-  /// @param node_name  stands before the names of the parts
+  /// @param node_name  is put before the names of the parts
   StatusUpdater(ros::NodeHandle handle, const ros::NodeHandle& /*own*/, const std::string& node_name)
       : publisher_(handle.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 1)),
         node_name_(node_name.substr(node_name.find_first_not_of('/'))) {}

@@ -19,7 +19,7 @@ bool isPublished(const std::string& topic);
 std::vector<std::string> similarTopics(const std::string& topic, const std::string& type,
                                        const std::vector<ros::master::TopicInfo>& published);
 
-/// A subscription that should bring messages.
+/// Watches a subscription for which messages are expected.
 class StreamWatch {
  public:
   /// @param topic  resolved name   @param type  data type, such as nav_msgs/Odometry
@@ -43,8 +43,8 @@ class StreamWatch {
 
 /// Decides when waiting messages are processed without the stream for which they wait.
 ///
-/// Silence is measured in wall time and, with a simulated clock, in simulated time too: a paused player is no silence.
-/// After a timeout there is no waiting until the silent stream continues.
+/// Silence is measured in wall time and, with a simulated clock, in simulated time too: a paused player does not count
+/// as silence. After a timeout, messages do not wait until the silent stream continues.
 class SyncTimeout {
  public:
   explicit SyncTimeout(double timeout_s) : timeout_s_(timeout_s) {}

@@ -22,12 +22,12 @@ HEAD = ["case", "time", "oracle", "ratio", "bar", "OpenRatSLAM", "times OpenRatS
 class Case:
     """One line of the table."""
 
-    name: str  # of the benchmark, up to what google-benchmark appends
+    name: str  # of the benchmark, without the settings that Google Benchmark appends
     label: str
-    bar_ratio: Optional[float] = None  # least oracle's time / ours
-    bar_ms: Optional[float] = None  # greatest time
-    openratslam_ms: Optional[float] = None  # of OpenRatSLAM's own code on a machine of this kind
-    time: str = "ours_ms"  # the counter that holds our time
+    bar_ratio: Optional[float] = None  # required: least ratio of the plain implementation's time to ours
+    bar_ms: Optional[float] = None  # required: greatest time of ours [ms]
+    openratslam_ms: Optional[float] = None  # time of OpenRatSLAM's own code on a machine of this kind [ms]
+    time: str = "ours_ms"  # name of the counter with our time [ms]
 
 
 def _sizes(name, label, bars, openratslam, **other) -> List[Case]:
@@ -163,7 +163,7 @@ def programs(folder: str, only: List[str]) -> List[str]:
 
 
 def run(program: str) -> Dict:
-    """Measurements of one program. @raise InputError if it fails."""
+    """Output of one program, as Google Benchmark writes it in JSON: context and benchmarks. @throws InputError if it fails."""
     done = subprocess.run([program, "--benchmark_format=json"], stdout=subprocess.PIPE, cwd=SOURCES)
     if done.returncode != 0:
         raise InputError(f"{program}: ended with status {done.returncode}")
@@ -171,6 +171,7 @@ def run(program: str) -> Dict:
 
 
 def parse(argv):
+    """The options of the command line, or of `argv` if it is not None, as an argparse.Namespace."""
     parser = argparse.ArgumentParser(prog="benchmark", description=__doc__)
     build_folder = os.path.join(SOURCES, "build")
     parser.add_argument("--build", default=build_folder, help="build folder (default: build)")

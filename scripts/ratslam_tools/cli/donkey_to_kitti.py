@@ -90,7 +90,7 @@ class Pictures:
             raise InputError(f"{folder}: none of its {len(records)} images is readable; the first: {reason}")
 
     def print_notes(self) -> None:
-        """Tells which images runs will leave out."""
+        """Prints which images ratslam_run will leave out: the first one of each kind, and how many there are."""
         what = "images of another size than {}x{}".format(*self.size)
         for words, files in (("images that are not readable", self.unreadable), (what, self.of_other_size)):
             if files:
@@ -98,7 +98,8 @@ class Pictures:
 
 
 def convert(records: list, folder: str, out: str, arguments) -> Pictures:
-    """Writes image_0, times.txt, calib.txt and odometry.csv: all, or nothing."""
+    """Writes image_0, times.txt, calib.txt and odometry.csv to the folder `out`. @throws InputError, and leaves none of
+    them, if the records or images cannot be used."""
     stamps = np.array([record.time_ms - records[0].time_ms for record in records]) / 1e3
     if (np.diff(stamps) <= 0).any():
         raise InputError(
@@ -114,7 +115,7 @@ def convert(records: list, folder: str, out: str, arguments) -> Pictures:
     try:
         _write(pictures, records, stamps, out, arguments)
     except BaseException:
-        shutil.rmtree(images, ignore_errors=True)  # it was empty, and would block the next attempt
+        shutil.rmtree(images, ignore_errors=True)  # convert refuses a folder of images that is not empty
         if not found:
             shutil.rmtree(out, ignore_errors=True)
         raise

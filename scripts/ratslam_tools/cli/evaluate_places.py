@@ -79,6 +79,8 @@ def _files_of(recording):
 
 
 def _ask(arguments, out):
+    """Runs ratslam_places, which writes the CSV file `out`. Returns its rows as an array, one for each answer; the columns
+    are those of the file. @throws InputError if it fails or gives no answer."""
     command = [os.path.join(os.path.dirname(runner.find()), "ratslam_places"), arguments.ref, "--out", out]
     if arguments.query:
         command.insert(2, arguments.query)
@@ -98,7 +100,7 @@ def _ask(arguments, out):
     done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     if done.returncode != 0:
         raise InputError(done.stderr.strip() or f"{command[0]} failed")
-    sys.stderr.write(done.stderr)  # what it says of images that were left out
+    sys.stderr.write(done.stderr)  # its report on images that were left out
     table = np.loadtxt(out, delimiter=",", skiprows=1, ndmin=2)
     if len(table) == 0:
         raise InputError(f"{arguments.ref}: no image was answered")
@@ -106,6 +108,7 @@ def _ask(arguments, out):
 
 
 def _answers(table):
+    """The Answers in the columns frame, place, score, claimed of a table (n, 4 or more)."""
     return places.Answers(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2], table[:, 3] > 0)
 
 

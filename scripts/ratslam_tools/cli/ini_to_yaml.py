@@ -77,8 +77,9 @@ def our_keys() -> Set[str]:
 
 
 def objection(configuration: str) -> Optional[Tuple[str, str]]:
-    """What ratslam_run has against a configuration's values: (parameter, message), or None. It judges their types and
-    ranges before it opens the recording, so none is needed. @throws InputError if there is no ratslam_run
+    """The first value of a configuration (YAML text) that ratslam_run refuses: (parameter, message), or None.
+    ratslam_run checks types and ranges before it opens the recording, so a recording that does not exist is given.
+    @throws InputError if there is no ratslam_run.
     """
     with tempfile.TemporaryDirectory() as folder:
         config, recording, out = (os.path.join(folder, name) for name in ("config.yaml", "recording", "out"))
@@ -95,7 +96,7 @@ def objection(configuration: str) -> Optional[Tuple[str, str]]:
 
 
 def truth_value(text: str) -> str:
-    """@throws ValueError for what is none."""
+    """A boolean of YAML 1.1 as `true` or `false`. @throws ValueError for any other text."""
     if text not in (text.lower(), text.capitalize(), text.upper()) or text.lower() not in TRUTHS:
         raise ValueError(f"'{text_file.shown(text)}' is not true or false")
     return TRUTHS[text.lower()]
@@ -113,7 +114,7 @@ def yaml_value(text: str) -> str:
 
 def read_ini(path: str) -> Dict[str, Dict[str, Tuple[int, str]]]:
     """Sections of an ini file, each with line number and value of its keys, as ratslam_run reads them. @throws InputError
-    naming the line that is none, or a section or key that is given twice.
+    naming a line that is neither `key=value` nor `[section]`, or a section or key that is given twice.
     """
     sections: Dict[str, Dict[str, Tuple[int, str]]] = {}
     entries: Optional[Dict[str, Tuple[int, str]]] = None
@@ -185,7 +186,8 @@ def convert(path: str):
 
 
 def judge(path: str, configuration: str) -> List[str]:
-    """Remarks on values of a file that has become a configuration. @throws InputError if ratslam_run refuses one."""
+    """Checks with ratslam_run the configuration (YAML text) made from the file `path`. Returns remarks. @throws InputError if
+    ratslam_run refuses one of its values."""
     try:
         found = objection(configuration)
     except InputError:

@@ -45,8 +45,9 @@ def odometry_messages(rows: np.ndarray, offset_s: float) -> List[Tuple[int, obje
 
 def convert(drive: kitti.Drive, path: str, root: str, compressed: bool, colour: bool, odometry=()) -> int:
     """Writes the bag: static tf, then for each frame camera_info and image, with truth and odometry in order
-    of time. Returns the number of images. drive.notes tells of images that runs leave out: those that cannot be read,
-    which the bag leaves out as well, and those of another size than the first readable one, of which the calibration is.
+    of time. Returns the number of images. Adds to drive.notes the images that ratslam_run leaves out: those that cannot be
+    read, which the bag leaves out as well, and those of another size than the first readable one, whose size the
+    calibration has.
     @throws InputError if no image is readable.
     """
     prefix = "/" + root.strip("/") + "/" if root.strip("/") else "/"

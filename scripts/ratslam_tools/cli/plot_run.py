@@ -31,7 +31,8 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
 
 
 def require_own_output(option: str, path, arguments) -> None:
-    """@throws InputError if a file to write is one of the run or of its truth. Pages and pictures may be replaced."""
+    """@throws InputError naming the option if the file to write is a data file of the run, or its truth. Pages and pictures in
+    the run's folder may be replaced."""
     left = os.listdir(arguments.folder) if os.path.isdir(arguments.folder) else []
     kept = [os.path.join(arguments.folder, name) for name in left if name.endswith((".tum", ".csv", ".json", ".yaml", ".npz", ".db"))]
     text_file.require_other(option, path, [*kept, arguments.folder, arguments.truth, arguments.times])

@@ -183,7 +183,7 @@ def main(argv=None) -> None:
             f"{arguments.folder}: none of its {len(recording.gps)} GPS fixes has a stated accuracy of "
             f"{arguments.max_accuracy:g} m or better: no track to write"
         )
-    if arguments.gps_tum:  # before the bag, which takes its time
+    if arguments.gps_tum:  # before the bag, which takes long: an error here comes at once
         write_tum(arguments.gps_tum, track)
     written = convert(recording, arguments.bag, arguments.root, camera, arguments.rotate, track)
     print(

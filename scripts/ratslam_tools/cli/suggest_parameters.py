@@ -74,13 +74,15 @@ def main(argv=None) -> None:
     odometry = [arguments.odometry]
 
     def runs(settings):
+        """The run folder (run_folder.Run) of the recording with these settings (parameter: value), which is made if it is
+        missing."""
         name = "_".join(f"{key}={value}" for key, value in sorted(settings.items())) or "first"
         folder = os.path.join(arguments.out, name)
         words = runner.command(
             program, arguments.input, arguments.config, folder, settings, odometry[0], arguments.frames, more
         )
         run = run_folder.Run(runner.run_once(words, folder))
-        if odometry[0] == "orb":  # behind the odometry nothing changes it
+        if odometry[0] == "orb":  # the settings do not change it
             odometry[0] = runner.shared_odometry(folder, odometry[0])
         return run
 

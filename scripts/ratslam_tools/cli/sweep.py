@@ -99,7 +99,8 @@ def main(argv=None) -> None:
 
 
 def compute(arguments, varied, points, goal):
-    """Runs the sweep or a shard of it: figures by index of the point, messages of the failures."""
+    """Runs the sweep or a shard of it. Returns the results by index of the point (dicts, name: number), and the messages of the
+    runs that failed."""
     program = runner.find(arguments.ratslam_run)
     known = None if arguments.truth is None else truth.read_truth(arguments.truth, arguments.times)
     odometry = arguments.odometry

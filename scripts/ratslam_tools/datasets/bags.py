@@ -85,7 +85,8 @@ def _what_else(begin: bytes) -> str:
 
 
 def _length(file, position: int, size: int, path: str) -> int:
-    """The 32-bit length at `position`. Refuses one that leaves the file."""
+    """The 32-bit length at byte `position` of a file of `size` bytes. @throws InputError if it reaches beyond the
+    end of the file."""
     file.seek(position)
     data = file.read(4)
     length = struct.unpack("<I", data)[0] if len(data) == 4 else size
@@ -112,7 +113,8 @@ def _fields(header: bytes) -> dict:
 
 
 def _check_chunk(path: str, fields: dict, length: int) -> None:
-    """@param fields of a record's header, @param length of its data [bytes]"""
+    """Checks the unpacked size that a chunk's header states. @param fields of a record's header @param length of its data
+    [bytes] @throws InputError if the size is impossible for that length."""
     unpacked = fields.get(b"size", b"")
     if fields.get(b"op") != CHUNK or len(unpacked) != 4:
         return
@@ -200,7 +202,8 @@ def each_message(bag, topic: str, kind: str, start=None):
 
 
 def image_count(path: str) -> int:
-    """Number of images on the only topic of images of a bag. @throws InputError if there is none, or another one"""
+    """Number of images on the only topic of images of a bag. @throws InputError if it has no such topic, or
+    several."""
     with reading(path) as bag:
         topics = bag.get_type_and_topic_info().topics
     kinds = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
@@ -258,7 +261,7 @@ def _give_up(bag, part: str) -> None:
 
 
 def require_topic_name(option: str, name: str) -> None:
-    """@throws InputError naming the option if topics under `name` have no names that ROS takes; empty means none."""
+    """@throws InputError naming the option if `name` cannot be the first part of ROS topic names. An empty name is allowed."""
     if name.strip("/") and re.fullmatch(r"/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*/?", name) is None:
         raise InputError(f"{option}: '{name}' is no name of ROS: letters, digits and _, after a letter, parted by /")
 

@@ -33,7 +33,7 @@ class Calibration:
 
 
 def read(path: str) -> Calibration:
-    """@throws InputError for a missing or unknown key, or a value that no camera can have."""
+    """The calibration in a YAML file. @throws InputError for a missing or unknown key, or a value that no camera can have."""
     entries = flat_yaml.load(path)
     if "camera_matrix" in entries:
         return _ros_form(path, entries)
@@ -69,7 +69,7 @@ def _ros_form(path: str, entries: dict) -> Calibration:
     named = str(entries.get("distortion_model", "plumb_bob"))
     name = SYNONYMS.get(named, named)
     if not any(coefficients):
-        name = name if name in MODELS else "plumb_bob"  # a lens that bends nothing is the same in every model
+        name = name if name in MODELS else "plumb_bob"  # without distortion all models are the same
     elif name not in MODELS:
         raise InputError(f"{path}: distortion_model: '{text_file.shown(named)}' is none of {', '.join(MODELS)}")
     count = MODELS[name]

@@ -2,7 +2,7 @@
 
 from typing import List, Optional, Tuple
 
-# Fewer consecutive images before the latest time are only late. From this number on the clock was set back.
+# Fewest consecutive images before the latest stamp that show a clock set back. Fewer are late images.
 MIN_BEHIND = 3
 # A file is not ordered if more than this share of its times is earlier than the time before it.
 MAX_DESCENTS = 0.05

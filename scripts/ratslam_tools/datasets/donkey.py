@@ -75,7 +75,7 @@ def _record(path: str, number: int, line: str) -> Record:
 
 
 def _whole(value, limit: int) -> int:
-    """@throws ValueError for what is no whole number from 0 to below `limit`."""
+    """A number or text as an int. @throws ValueError unless it is a whole number of at least 0 and below `limit`."""
     if isinstance(value, str):
         value = text_file.finite_number(value)
     if isinstance(value, float) and not (math.isfinite(value) and value == int(value)):

@@ -13,9 +13,11 @@ _TABS = re.compile(r"^([ ]*[A-Za-z_][A-Za-z0-9_]*:)[ \t]*\t[ \t]*", re.MULTILINE
 
 
 class _Loader(yaml.BaseLoader):
-    """Scalars as text; a key that is given twice is an error, where YAML's own rule is to take the last."""
+    """Reads every scalar as text. A key that is given twice is an error; yaml.BaseLoader would take the last value."""
 
     def construct_mapping(self, node, deep=False):
+        """The dict of a mapping node. @throws yaml.constructor.ConstructorError naming a key that is given twice, or is no
+        single word."""
         if not isinstance(node, yaml.MappingNode):
             return super().construct_mapping(node, deep)
         seen = set()
@@ -51,7 +53,8 @@ def load(path: str) -> Dict[str, Any]:
 
 
 def read(path: str) -> Dict[str, str]:
-    """Keys and values of a flat file. @throws InputError naming a key with more than one value."""
+    """Keys and values of a flat file, values as text. @throws InputError naming a key whose value is a list or a mapping, and
+    as load()."""
     values = load(path)
     for key, value in values.items():
         if not isinstance(value, str):

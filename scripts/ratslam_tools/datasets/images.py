@@ -97,7 +97,8 @@ def load_image(path: str, colour: bool) -> np.ndarray:
 
 
 def _read_image(path: str, read):
-    """`read` of the bytes of an image file. @throws InputError"""
+    """The result of read(bytes) for an image file. @throws InputError naming the file if it cannot be read, or if `read`
+    raises ValueError."""
     if not os.path.isfile(path):
         raise InputError(f"{path}: not a readable image: there is no such file")
     try:
@@ -132,8 +133,8 @@ def decode(data: bytes, colour: bool) -> np.ndarray:
 
 
 def with_eight_bits(images: Sequence[np.ndarray]) -> List[np.ndarray]:
-    """Grey images of one camera with 8 bits. Of 16-bit images the most significant bits that the brightest one uses count,
-    8, 10, 12, 14 or 16, as in ratslam_run (system/image_stage.h).
+    """Grey images (h, w) of one camera, each converted to 8 bits. 16-bit images are scaled by the number of bits that the
+    brightest one uses: 8, 10, 12, 14 or 16, as in ratslam_run (system/image_stage.h).
     """
     largest = max((int(image.max()) for image in images if image.dtype == np.uint16), default=0)
     bits = next((bits for bits in (8, 10, 12, 14) if largest < 1 << bits), 16)

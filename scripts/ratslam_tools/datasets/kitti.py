@@ -18,7 +18,7 @@ from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.trajectory import Trajectory, frames, geodesy, geometry, read_times, read_trajectory
 
 
-SLOW_S = 10.0  # no camera that drives takes so long from image to image
+SLOW_S = 10.0  # whole numbers at least so far apart are probably milliseconds, not seconds
 
 
 @dataclass
@@ -30,7 +30,7 @@ class Drive:
     projection: np.ndarray  # (3, 4) [px] of the camera in use
     truth: Optional[Trajectory] = None
     truth_stamps_ns: List[int] = field(default_factory=list)
-    # Pose of the camera (optical axes) in base_link, whose path the truth is.
+    # Pose of the camera (optical axes) in base_link; the truth is the path of base_link.
     camera_rotation: np.ndarray = field(default_factory=lambda: geometry.CAMERA_TO_BASE)
     camera_translation: np.ndarray = field(default_factory=lambda: np.zeros(3))
     notes: List[str] = field(default_factory=list)  # irregularities that were repaired, a line each
@@ -77,7 +77,8 @@ def read_calibration(path: str) -> Dict[str, np.ndarray]:
 
 
 def _matrix(path: str, keys, *shape: int) -> np.ndarray:
-    """The first of the entries `keys` that a calibration file has, as an array of the given shape."""
+    """The numbers of the first of `keys` that the calibration file `path` has, as an array of shape `shape`. @throws InputError
+    if it has none of them, or another number of numbers."""
     values = read_calibration(path)
     key = next((key for key in keys if key in values), None)
     count = int(np.prod(shape))

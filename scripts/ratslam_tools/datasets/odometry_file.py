@@ -64,7 +64,7 @@ def _why_impossible(speed: float, rate: float, pose: np.ndarray) -> str:
     values += [("the position", value, MAX_NUMBER, "m") for value in pose[:, 3]]
     for what, value, most, unit in values:
         if abs(value) > most:
-            return f"{what} {value:g} {unit} is beyond what moves: at most {most:g}"
+            return f"{what} {value:g} {unit} is out of range: at most {most:g}"
     turn = pose[:, :3]
     if len(turn) and (np.abs(turn.T @ turn - np.eye(3)).max() > MAX_ROTATION_DEFECT or np.linalg.det(turn) < 0.0):
         return "r11 to r33 are no rotation matrix"

@@ -1,4 +1,4 @@
-"""What `playback` must know of a bag, and the second bag that `rosbag play` plays after it."""
+"""What `playback` needs to know about a bag, and the second bag that `rosbag play` plays after it."""
 
 import tempfile
 
@@ -9,17 +9,17 @@ from std_msgs.msg import String
 from ratslam_tools.datasets import bags
 from ratslam_tools.errors import InputError
 
-LAST_TIME_S = 2.0**32 - 1.0  # the last that a ROS time can hold
+LAST_TIME_S = 2.0**32 - 1.0  # the largest time of ROS [s]
 
 
 def listed(topics):
-    """The topics of a bag and their types, as a sentence goes on with them."""
+    """The topics of a bag with their types as part of a sentence: "/a [type], /b [type]", or "no messages at all"."""
     return ", ".join(f"{name} [{info.msg_type}]" for name, info in sorted(topics.items())) or "no messages at all"
 
 
 def look_into(path, topic):
-    """Stamps of the first and last message of a bag's topic, the time of its last message, and all its topics.
-    @raise InputError"""
+    """Looks for the images of a topic in a bag. Returns the stamps of the first and the last one (rospy.Time), the record
+    time of the bag's last message [s], and the bag's topics as rosbag describes them. @throws InputError if there are none."""
     with bags.reading(path) as bag:
         topics = bag.get_type_and_topic_info().topics
         if topic not in topics:
@@ -62,7 +62,7 @@ def _stamps(bag, topic, kind, start=None):
 
 def tail(end, *topics):
     """A temporary bag with one message on each topic, one after the other, just after the time `end` [s].
-    @return its file, which vanishes when it is closed. @raise InputError"""
+    Returns its file, which is deleted when it is closed. @throws InputError if it cannot be written."""
     try:
         file = tempfile.NamedTemporaryFile(prefix="end_of_bag_", suffix=".bag")
         with rosbag.Bag(file.name, "w") as bag:

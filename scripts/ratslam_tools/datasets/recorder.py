@@ -28,7 +28,7 @@ FILES = {
     "gps": ("data_gps.txt", "gps_data.txt"),
 }
 SECONDS_DIGITS = 10  # of Unix times from 2001 on
-MAX_STAMP_NS = 2**32 * 10**9  # what a stamp of ROS can hold
+MAX_STAMP_NS = 2**32 * 10**9  # ROS stamps are below this [ns]
 MIN_SPEED_FOR_BEARING = 1.0  # [m/s]; a phone's bearing is noise below it
 MAX_NUMBER = 1e9  # no sensor's reading is larger
 
@@ -129,7 +129,7 @@ def _rows(path: str, least: int, most: int, dropped: Counter, what: str) -> List
 
 
 def _tell_doubt(digits: str, where: str, dropped: Counter) -> None:
-    """Counts a time that is in seconds if it is not in milliseconds of the first months of 1970."""
+    """Counts a time of 10 digits. It is read as milliseconds, which would be early in 1970, but is probably in seconds."""
     if len(digits) == SECONDS_DIGITS:
         dropped[f"{where}: time of 10 digits, taken as milliseconds (of 1970); is it in seconds?"] += 1
 
@@ -266,8 +266,8 @@ def gps_track(recording: Recording, rows: np.ndarray) -> Trajectory:
 
 
 def _carried_on(values: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Replaces unknown values by the last known one, before the first known one by that, and by zeros if none is
-    known."""
+    """Values (n,), in which each unknown one is replaced by the last known one before it, or, if there is none, by the first
+    known one; zeros if none is known. @param known (n,) bools"""
     if not known.any():
         return np.zeros(len(values))
     latest = np.maximum.accumulate(np.where(known, np.arange(len(values)), -1))

@@ -31,7 +31,7 @@ def read_estimates(paths: List[str], form: str, times: Optional[str], bag: Optio
 def tell_later_files(path: str, read=()) -> None:
     """Prints a note if a run's trajectory goes on in further files that are not among those read."""
     if not os.path.splitext(path)[0].endswith(("_final", "_online", "_odometry")):
-        return  # a file of another name is not known to be a run's
+        return  # only these names show that a file is one of a run
     missing = [later for later in later_files(path) if later not in read]
     if missing:
         print(f"note: {path}: only this stretch is evaluated; the trajectory goes on in {', '.join(missing)}", file=sys.stderr)

@@ -100,6 +100,6 @@ def on_ground(compared: Comparison, settings: Settings, positions_only: bool = T
         alignment = association.fit_alignment(
             reference, estimate, settings.align, settings.correct_scale, settings.n_to_align, positions_only
         )
-    except InputError:  # seen from above a straight road, or a lift, whatever the heights say
+    except InputError:  # on the plane the path is a line or a point, so that its rotation is not determined
         return None
     return replace(compared, reference=reference, estimate=alignment.apply(estimate), alignment=alignment)

@@ -15,7 +15,7 @@ RELATIONS = {"trans_part": "m", "angle_deg": "deg", "angle_rad": "rad", "full": 
 STATISTICS = ("max", "mean", "median", "min", "rmse", "std", "sse")
 KITTI_LENGTHS = tuple(range(100, 801, 100))  # [m]
 KITTI_FIRST_FRAME_STEP = 10
-PATH_TOLERANCE = 0.1  # of a step in metres, by which the end of an overlapping pair may miss it
+PATH_TOLERANCE = 0.1  # largest error of the length of an overlapping pair, as a share of the requested length
 
 
 def statistics(errors: np.ndarray) -> Dict[str, float]:

@@ -28,7 +28,8 @@ def occupancy(positions: np.ndarray, bin_size: float) -> Tuple[np.ndarray, np.nd
 
 
 def rate_maps(positions: np.ndarray, activity: np.ndarray, bin_size: float, least_frames: int = 1) -> np.ndarray:
-    """Mean activity of each cell in each bin, (cells, rows, columns); NaN in bins where the robot was too rarely.
+    """Mean activity of each cell in each bin, (cells, rows, columns); NaN in bins with fewer than
+    `least_frames` frames.
 
     @param activity (frames, cells), at the positions' frames
     """

@@ -39,7 +39,8 @@ class PlaceScores:
 
 
 def score(answers: Answers, right: np.ndarray, has_right_place: np.ndarray) -> PlaceScores:
-    """right, has_right_place: bools, one an answer."""
+    """The measures of n answers. right, has_right_place: bools (n,), whether the answer is right, and whether there is a right
+    place."""
     questions = int(has_right_place.sum())
     given = answers.place >= 0
     order = np.argsort(-answers.score[given], kind="stable")
@@ -71,7 +72,8 @@ def score(answers: Answers, right: np.ndarray, has_right_place: np.ndarray) -> P
 
 
 def by_index(answers: Answers, tolerance: int):
-    """Two passes of one route, image for image: (right, has_right_place)."""
+    """Judges answers about two passes of one route whose images belong together by number: (right, has_right_place),
+    bools (n,). A place is right if it is at most `tolerance` images off."""
     right = (answers.place >= 0) & (np.abs(answers.place - answers.frame) <= tolerance)
     return right, np.ones(len(right), bool)
 

@@ -116,7 +116,7 @@ def print_results(title: str, reference, results: List[Result]) -> None:
 
 
 def write_json(path: str, record: Dict) -> None:
-    """@throws InputError if the file cannot be written."""
+    """Writes a record as a JSON file. @throws InputError if it cannot be written."""
     with text_file.writing(path) as file:
         json.dump(record, file, indent=1)
         file.write("\n")

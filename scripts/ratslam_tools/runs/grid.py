@@ -25,7 +25,7 @@ from ratslam_tools.runs import run_figures, run_folder, runner
 from ratslam_tools.runs.run_folder import Run
 
 MAX_RUNS = 10000
-MOST_REMARKS = 5  # that are told
+MOST_REMARKS = 5  # printed at the end of a sweep
 RESULT = "result.json"
 LOG_SPAN = 20  # a larger range of values gets a logarithmic axis
 FIGURES = ("max", "mean", "median", "min", "rmse")
@@ -101,7 +101,7 @@ def evaluate(folder: str, known, t_max_diff: float) -> Dict[str, float]:
 
 
 def _judge(known, t_max_diff: float) -> str:
-    """What identifies the truth and how stamps are matched with it."""
+    """A text that is the same for the same truth (or none) and the same matching of stamps [s]."""
     if known is None:
         return "no truth"
     values = np.ascontiguousarray(np.hstack([known.stamps[:, None], known.positions]))
@@ -227,7 +227,7 @@ class Goal:
         self.name, self.largest = name, largest
 
     def of(self, figures: Dict[str, float]) -> float:
-        """@throws InputError if a run has no such result."""
+        """The result of a run by which it is compared. @throws InputError if the run has no such result."""
         if self.name not in figures:
             raise InputError(f"--goal: no run has {self.name}; there are {', '.join(sorted(figures))}")
         return figures[self.name]
@@ -240,7 +240,7 @@ class Goal:
 
     @property
     def label(self) -> str:
-        """For the axis of a figure."""
+        """The name of the result with its unit, for the axis of a figure."""
         words = self.name.split(".")
         if words[0] == "ape":
             return f"{words[2]} APE of the {words[1]} trajectory [m]"
@@ -272,7 +272,7 @@ def plot_parameter(path: str, key: str, points, found, goal: Optional[Goal] = No
         label="best of the other parameters" if several else goal.name,
     )
     top = (max if goal.largest else min)(value for _, value in best)
-    if sum(value == top for _, value in best) == 1:  # among equals none is the best
+    if sum(value == top for _, value in best) == 1:  # several equal values are not marked
         axes.annotate(
             f"{top:.3g}",
             next(item for item in best if item[1] == top),

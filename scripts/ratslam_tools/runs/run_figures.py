@@ -62,7 +62,7 @@ def stretch_words(run: Run) -> str:
         return f"evaluated: all {len(stretches)} stretches of this run, whose time went back"
     which = "the last stretch" if len(own) == 1 else f"the last {len(own)} stretches"
     before = sum(len(stretch) for stretch in stretches[: own.start])
-    whose = ", this run's own" if run.summary.get("counts") else ""  # files of the nodes do not say
+    whose = ", this run's own" if run.summary.get("counts") else ""  # only ratslam_run's files show which stretches are new
     return f"evaluated: {which} of {len(stretches)}{whose}; the {before} poses before are drawn and not evaluated"
 
 

@@ -19,7 +19,7 @@ BUILD_PLACES = (
     "devel/lib/ratslam_ros",
     "../../devel/lib/ratslam_ros",
     "../devel/lib/ratslam_ros",
-    "build-core",
+    "build_core",
     "build",
     "../../install/lib/ratslam_ros",
 )
@@ -183,8 +183,8 @@ def odometry_can_be_shared(odometry: Optional[str], keys) -> bool:
 
 
 def shared_odometry(folder: str, odometry: str) -> str:
-    """What other runs take for --odometry instead of `odometry`, by which the run in `folder` was made: its odometry.csv.
-    Where time went back that file holds the first stretch alone, and each run computes its own.
+    """The value of --odometry with which other runs repeat the odometry of the run in `folder`: the path of its odometry.csv.
+    If time went back in the run, `odometry` itself, because that file holds the first stretch only.
     """
     path = os.path.join(folder, "odometry.csv")
     return odometry if later_files(path) else path

@@ -19,15 +19,15 @@ from ratslam_tools.errors import InputError
 from ratslam_tools.runs import run_folder
 
 FRAMES_A_CELL = 2.5  # frames to cross a pose cell at the usual speed
-MOVING = 0.1  # below this share of the fastest tenth's speed the robot stands
-EDGE = 0.35  # below this share of the median a row has no change or texture
+MOVING = 0.1  # below this share of the 90 % quantile of the speeds the robot stands still
+EDGE = 0.35  # a row with less than this share of the median change or texture is cropped
 LARGEST_CUT = 0.45  # of the image, from one side
 RATIO = (1.2, 1.8)  # wanted experiences : templates
 THRESHOLDS = (0.005, 0.3)
 ENERGIES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-LONG_AGO = 50  # frames: a view that was last seen so long ago has come back
+LONG_AGO = 50  # a view comes back if it was last seen more than so many frames before
 LEAST_LOOP = 5  # least number of frames that come back in a loop; fewer may be false recalls
-HOLE = 10  # frames within a loop that do not come back
+HOLE = 10  # largest distance between consecutive frames of a loop that come back
 ENOUGH = 0.9  # share of the best energy's frames
 # What is looked for in every recording. The first run shows whether threshold_key() is looked for too.
 KEYS = (*(f"image_crop_{axis}_{end}" for axis in "xy" for end in ("min", "max")), "pc_cell_x_size", "pc_vt_inject_energy")
@@ -50,7 +50,7 @@ def sample_images(source: str, frames: int, count: int = 60, topic: Optional[str
 
 def turn(sampled: List[np.ndarray], degrees: Optional[str]) -> List[np.ndarray]:
     """The images rotated clockwise, as by ratslam_run --rotate."""
-    quarters = int(degrees) // 90 if degrees in ("90", "180", "270") else 0  # of others ratslam_run says what is wrong
+    quarters = int(degrees) // 90 if degrees in ("90", "180", "270") else 0  # None or 0; ratslam_run refuses the rest
     return [np.rot90(image, -quarters) for image in sampled]
 
 

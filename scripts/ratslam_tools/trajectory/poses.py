@@ -220,7 +220,7 @@ def read_stretches(path: str) -> Trajectory:
     read_trajectory.
     """
     parts = [read_trajectory(path)]
-    if parts[0].stamps is not None:  # what has none lies in one file
+    if parts[0].stamps is not None:  # poses without stamps are all in one file
         parts += [read_trajectory(each, "tum") for each in later_files(path)]
     names = ("positions", "rotations") if parts[0].stamps is None else ("positions", "rotations", "stamps")
     return Trajectory(*(np.concatenate([getattr(part, name) for part in parts]) for name in names), name=path)

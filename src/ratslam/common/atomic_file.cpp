@@ -42,7 +42,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), part_(path_ +
   }
   errno = 0;
   file_.open(part_, std::ios::binary | std::ios::trunc);
-  if (!file_) fail(errno != 0 ? std::strerror(errno) : "the disk refuses it");
+  if (!file_) fail(errno != 0 ? std::strerror(errno) : "the system reports no reason");
   file_.precision(std::numeric_limits<double>::max_digits10);
 }
 
@@ -60,7 +60,7 @@ void AtomicFile::close() {
   const bool written = file_.good();
   file_.close();
   if (!written || file_.fail() || !synchronised(part_)) {
-    fail(errno != 0 ? std::strerror(errno) : "the disk refuses it");
+    fail(errno != 0 ? std::strerror(errno) : "the system reports no reason");
   }
   closed_ = true;
 }

@@ -8,7 +8,7 @@ namespace ratslam {
 
 namespace fs = std::filesystem;
 
-bool samePlace(const std::string& a, const std::string& b) {
+bool sameFile(const std::string& a, const std::string& b) {
   if (a.empty() || b.empty()) return false;
   std::error_code error;
   if (fs::equivalent(a, b, error)) return true;

@@ -6,7 +6,7 @@
 namespace ratslam {
 namespace {
 
-/// Fewer consecutive images before the latest time are only late. From this number on the clock was set back.
+/// Fewest consecutive images before the latest stamp that show a clock set back. Fewer are late images.
 constexpr int kMinBehind = 3;
 /// A file is not ordered if more than this share of its times is earlier than the time before it.
 constexpr double kMaxDescents = 0.05;

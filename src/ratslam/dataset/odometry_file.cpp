@@ -342,8 +342,8 @@ void RecordingWithOdometry::fetchImages() {
   }
 }
 
-/// The odometry up to this stamp comes before the image that waits. It must not run to the stamp of an image that lies
-/// ahead of time, as the one after it shows: those after it would come too late.
+/// Odometry is handed out up to the waiting image's stamp. If the next image shows that this stamp is too high, only up
+/// to the next image's stamp; otherwise later images would be late.
 Stamp RecordingWithOdometry::stampForOdometry() const {
   const Stamp stamp = waiting_image_->stamp;
   if (!image_after_ || image_after_->stamp >= stamp) return stamp;

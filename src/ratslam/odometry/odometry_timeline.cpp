@@ -99,8 +99,8 @@ SampleVerdict OdometryTimeline::push(const OdometrySample& sample) {
   if (!whyImpossible(sample).empty()) return SampleVerdict::kImpossible;
   if (last_ && sample.stamp == last_->stamp) return SampleVerdict::kRepeatedStamp;
   if (last_ && sample.stamp < last_->stamp) {
-    return secondsBetween(sample.stamp, last_->stamp) < params_.time_reset ? SampleVerdict::kLate
-                                                                           : SampleVerdict::kTimeWentBack;
+    return secondsBetween(sample.stamp, last_->stamp) < params_.odometry_reset ? SampleVerdict::kLate
+                                                                               : SampleVerdict::kTimeWentBack;
   }
   if (last_) {
     pending_.push_back(intervalTo(sample));

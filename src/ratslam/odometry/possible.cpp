@@ -15,7 +15,7 @@ std::string beyond(const char* what, double value, double most, const char* unit
   if (!std::isfinite(value)) return std::string(what) + " is not finite";
   if (std::abs(value) <= most) return "";
   std::ostringstream text;
-  text << what << " " << value << " " << unit << " is beyond what moves: at most " << most;
+  text << what << " " << value << " " << unit << " is out of range: at most " << most;
   return text.str();
 }
 

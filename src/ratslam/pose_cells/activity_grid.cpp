@@ -23,23 +23,6 @@ double ActivityGrid::sum() const {
   return sum;
 }
 
-std::vector<double> ActivityGrid::planeProjection() const {
-  const std::size_t plane = offset(1, 0);
-  std::vector<double> projection(plane, 0.0);
-  forEachRun([&](std::size_t first, std::size_t count) {
-    for (std::size_t c = first; c < first + count; ++c) projection[c % plane] += cells_[c];
-  });
-  return projection;
-}
-
-std::vector<double> ActivityGrid::headingProjection() const {
-  std::vector<double> projection(index(nTh()), 0.0);
-  forEachRun([&](std::size_t first, std::size_t count) {
-    for (std::size_t c = first; c < first + count; ++c) projection[first / offset(1, 0)] += cells_[c];
-  });
-  return projection;
-}
-
 void ActivityGrid::replaceBoxes(const std::vector<Box>& boxes) {
   boxes_.clear();
   cover(boxes);

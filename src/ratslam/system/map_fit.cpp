@@ -12,7 +12,7 @@ namespace {
 
 std::size_t rowsOf(const State* table) { return table == nullptr ? 0 : table->rows().value_or(0); }
 
-/// Names of templates that there are not.
+/// Complaints about templates to which the pose cells refer and which the local view lacks.
 std::vector<std::string> unknownTemplates(const State& map) {
   std::vector<std::string> faults;
   const State* templates = map.find("local_view/templates");

@@ -123,7 +123,7 @@ void MapNode::watch() {
 }
 
 std::string MapNode::behind(const StreamPoint& last, Stamp last_change, bool all) const {
-  // An action names no session.
+  // A TopologicalAction has no field for the session.
   std::string missing = commands_.missing(source_.followsActions() ? StreamPoint{0, last_change} : last);
   const std::size_t waiting = all ? stage_.waitingDecisions() : 0;
   if (!missing.empty() || waiting == 0) return missing;

@@ -10,7 +10,7 @@
 namespace ratslam {
 namespace {
 
-/// What the message says of the images: their size, and how their pixels lie in those of the whole sensor.
+/// Size of the images by the message, and the position of their pixels on the whole sensor.
 struct Readout {
   cv::Size size;  ///< [px]; empty if the message has none
   double binning_x = 1.0;
@@ -25,7 +25,8 @@ struct Readout {
   }
 };
 
-/// @throws std::invalid_argument if no sensor can be read out so
+/// @throws std::invalid_argument if a size is too large, the region of interest leaves the sensor, or binning leaves no
+/// pixel
 Readout readoutOf(const sensor_msgs::CameraInfo& message) {
   constexpr std::uint32_t kMostPixels = 65535;  // as CameraModel allows
   if (message.width == 0 || message.height == 0) return {};

@@ -15,7 +15,7 @@ namespace ratslam {
 namespace {
 
 constexpr Stamp kNanosecondsPerSecond = 1000000000;
-constexpr double kNotSaid = -1.0;  // of a standard deviation
+constexpr double kNotStated = -1.0;  // for a standard deviation that the odometry does not state
 
 std_msgs::Header headerAt(Stamp stamp) {
   std_msgs::Header header;
@@ -91,9 +91,9 @@ ratslam_ros::OdometryQuality qualityToMessage(const OdometrySample& sample) {
   message.header = headerAt(sample.stamp);
   message.epoch = sample.epoch;
   message.bridged = sample.bridged ? 1 : 0;
-  message.unit_anchor_sigma = sample.unit ? sample.unit->anchor_sigma.value_or(kNotSaid) : kNotSaid;
-  message.unit_walk_sigma = sample.unit ? sample.unit->walk_sigma : kNotSaid;
-  message.unit_constant_sigma = sample.unit ? sample.unit->constant_sigma : kNotSaid;
+  message.unit_anchor_sigma = sample.unit ? sample.unit->anchor_sigma.value_or(kNotStated) : kNotStated;
+  message.unit_walk_sigma = sample.unit ? sample.unit->walk_sigma : kNotStated;
+  message.unit_constant_sigma = sample.unit ? sample.unit->constant_sigma : kNotStated;
   message.has_correction = sample.correction ? 1 : 0;
   message.correction_motion.orientation.w = 1.0;
   if (sample.correction) {

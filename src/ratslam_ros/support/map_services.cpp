@@ -12,8 +12,8 @@
 
 #include "ratslam/system/map_fit.h"
 #include "ratslam/system/map_store.h"
+#include "ratslam_ros/support/drop_oldest_queue.h"
 #include "ratslam_ros/support/inside_folder.h"
-#include "ratslam_ros/support/newest_first_queue.h"
 #include "ratslam_ros/support/node_parameters.h"
 
 namespace ratslam {

@@ -19,7 +19,8 @@ void requireFrame(const std::string& key, const std::string& value) {
   }
 }
 
-/// A transform from a frame to itself, or round in a circle, is what tf2 refuses in every listener.
+/// Refuses two equal frames: every tf2 listener refuses a transform from a frame to itself, and transforms in a circle.
+/// @throws std::invalid_argument
 void requireOther(const std::string& key, const std::string& value, const std::string& other_key,
                   const std::string& other) {
   if (!value.empty() && value == other)

@@ -116,7 +116,7 @@ void PartCalls::renewHolds() {
   for (const std::string& service : held_) {
     try {
       call(service, renewal, kRenewal.toSec());
-    } catch (const std::exception&) {  // whoever was not held will say so at the end
+    } catch (const std::exception&) {  // a part whose hold ended reports it in goOn()
     }
   }
   renewed_ = ros::WallTime::now();

@@ -9,7 +9,7 @@
 namespace ratslam {
 namespace {
 
-/// A hold ends by itself after this time without a command: the node of the map may have died.
+/// A hold ends after this time without a command, because the node of the map may have died.
 const ros::WallDuration kHold(10.0);
 
 }  // namespace
@@ -131,8 +131,7 @@ std::string PartCommands::missing(const StreamPoint& last) const {
 
 void PartCommands::watchHold() {
   if (!held_until_ || ros::WallTime::now() < *held_until_) return;
-  ROS_WARN("%s: held for a service of the map, whose node does not go on: it goes on without",
-           part().c_str());
+  ROS_WARN("%s: the map's node did not renew its hold within 10 s: processing continues", part().c_str());
   goOn();
 }
 
@@ -141,7 +140,7 @@ void PartCommands::goOn() {
   actions_.goOn();
 }
 
-/// What came before belongs to another map.
+/// Forgets the messages so far, which belong to another map.
 void PartCommands::forgetStream() {
   heard_ = {};
   said_ = {};

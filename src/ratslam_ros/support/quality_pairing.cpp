@@ -23,7 +23,7 @@ std::optional<OdometrySample> QualityPairing::next(bool wait) {
                                 [&](const auto& quality) { return stampOf(quality) == sample.stamp; });
   if (own != qualities_.end()) {
     addQuality(*own, sample);
-    qualities_.erase(qualities_.begin(), own + 1);  // the samples of those before it never came
+    qualities_.erase(qualities_.begin(), own + 1);  // the samples of the earlier qualities were lost
   } else if (wait && !willNotCome(sample.stamp)) {
     return std::nullopt;
   }

@@ -16,7 +16,7 @@ bool endsWith(const std::string& name, const std::string& ending) {
          name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
 }
 
-/// Pictures drawn by the nodes, which are no input.
+/// Whether a topic has pictures drawn by the nodes, which cannot be their input.
 bool isOwnPicture(const std::string& topic) {
   return endsWith(topic, "/LocalView/View") || endsWith(topic, "/PoseCell/Activity") ||
          endsWith(topic, "/ExperienceMap/Picture") || endsWith(topic, "/debug_image");

@@ -27,11 +27,11 @@ TEST(Paths, OnePlaceHasManyNames) {
   fs::create_directories(folder / "sub");
   std::ofstream(folder / "file") << "text";
   fs::create_symlink(folder / "file", folder / "link");
-  EXPECT_TRUE(samePlace(folder / "file", folder / "sub" / ".." / "file"));
-  EXPECT_TRUE(samePlace(folder / "file", folder / "link"));
-  EXPECT_TRUE(samePlace(folder / "none", folder / "sub" / ".." / "none")) << "though neither is there";
-  EXPECT_FALSE(samePlace(folder / "file", folder / "none"));
-  EXPECT_FALSE(samePlace("", ""));
+  EXPECT_TRUE(sameFile(folder / "file", folder / "sub" / ".." / "file"));
+  EXPECT_TRUE(sameFile(folder / "file", folder / "link"));
+  EXPECT_TRUE(sameFile(folder / "none", folder / "sub" / ".." / "none")) << "though neither is there";
+  EXPECT_FALSE(sameFile(folder / "file", folder / "none"));
+  EXPECT_FALSE(sameFile("", ""));
   fs::remove_all(folder);
 }
 

@@ -145,9 +145,9 @@ TEST(ConstraintWeights, OfACovarianceThatCannotBeAreFinite) {
   EXPECT_TRUE(constraint.xy_by_yaw.isZero());
 }
 
-// A robot drives 25 m that nobody measured, is taken to have driven straight on, and then 30 m that it knows well. A
-// recall at the end shows that it has turned by 0.8 rad: spread over the unmeasured way, that has moved the robot aside.
-TEST(ConstraintWeights, LetARecallSayWhereAnUnmeasuredTurnHasLed) {
+// A robot drives 25 m unmeasured, assumed straight, then 30 m measured well. A recall shows a turn of 0.8 rad, which
+// also moved the robot sideways.
+TEST(ConstraintWeights, ARecallShowsWhereAnUnmeasuredTurnHasLed) {
   const double turn = 0.8;
   const double length = 25.0;
   const MapPose turned{length * std::sin(turn) / turn, length * (1.0 - std::cos(turn)) / turn, 0.0, turn,
@@ -166,7 +166,7 @@ TEST(ConstraintWeights, LetARecallSayWhereAnUnmeasuredTurnHasLed) {
   driven.measured = {30.0, 0.0, 0.0, 0.0};
   driven.xy_weight *= 10.0;
   driven.yaw_weight = 10.0;
-  Constraint recall;  // of the way it faces
+  Constraint recall;  // which measures only the facing
   recall.to = 2;
   recall.recall = true;
   recall.measured = {0.0, 0.0, 0.0, turn};

@@ -89,7 +89,7 @@ TEST(Rejoin, AWrongRecallIsOutvotedByRightOnes) {
 }
 
 TEST(Rejoin, WhatWasMeasuredIsNotTornByARecall) {
-  SilentLap lap(0.05);  // whoever says so is believed
+  SilentLap lap(0.05);  // [m]; an odometry that states so small an error is trusted
   const int k = kLap + kSilence + 11;
   lap.drive(k, static_cast<std::uint32_t>((k - 1) % kLap));
   EXPECT_GT(lap.distanceTo(static_cast<std::uint32_t>((k - 1) % kLap)), 20.0);

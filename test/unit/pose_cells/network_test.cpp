@@ -152,24 +152,6 @@ TEST(PoseCellNetwork, RefusesActivityThatIsNone) {
   EXPECT_THROW(network.setActivity(negative), std::invalid_argument);
 }
 
-TEST(ActivityGrid, ProjectionsHoldAllActivity) {
-  PoseCellNetwork network(sized(11, 9));
-  network.inject({0, 10, 8}, 0.5);
-  for (int step = 0; step < 5; ++step) network.step(0.4, 0.1);
-  const ActivityGrid& grid = network.activity();
-  const std::vector<double> plane = grid.planeProjection();
-  const std::vector<double> headings = grid.headingProjection();
-  ASSERT_EQ(plane.size(), 121U);
-  ASSERT_EQ(headings.size(), 9U);
-  double column = 0.0;
-  for (int k = 0; k < 9; ++k) column += grid.at({2, 7, k});
-  EXPECT_NEAR(plane[7 * 11 + 2], column, 1e-15);
-  double layer = 0.0;
-  for (int j = 0; j < 11; ++j)
-    for (int i = 0; i < 11; ++i) layer += grid.at({i, j, 4});
-  EXPECT_NEAR(headings[4], layer, 1e-15);
-}
-
 TEST(PoseCellParams, BadValuesAreNamed) {
   const auto message = [](auto change) -> std::string {
     PoseCellParams params;

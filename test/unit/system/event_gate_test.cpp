@@ -77,7 +77,7 @@ TEST(EventGate, ALoopedRecordingGivesTheSameHoweverFarTheOdometryRunsAheadOrBehi
   }
 }
 
-/// Images that come out of order by more than time_reset, or whose clock steps back alone: the odometry never goes back.
+/// Images that come out of order by more than odometry_reset, or whose clock steps back alone: the odometry never goes back.
 TEST(EventGate, EventsThatAloneGoBackPassOnceTheyAreBeyondTheOdometryAgain) {
   EventGate<Event> gate(false);
   std::vector<Passed> all;

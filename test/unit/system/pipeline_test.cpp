@@ -306,7 +306,7 @@ TEST(Pipeline, AnOdometryThatIsRestartedDoesNotSpoilTheMap) {
   };
   const double undisturbed = run(kFrames, kFrames);
   EXPECT_LT(undisturbed, 1.0);
-  // Of one step nobody has said how far it went: a metre.
+  // The length of one step is unknown: 1 m is allowed.
   EXPECT_LT(run(70, 70), 2.0 * undisturbed + 1.0);
 }
 

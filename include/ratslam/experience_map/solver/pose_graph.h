@@ -14,9 +14,9 @@
 /// pass through Cauchy's kernel c^2 log(1 + r^2 / c^2): so a wrong recall cannot fold the map, while a right one
 /// within the odometry's uncertainty still closes the loop.
 ///
-/// g is the regression of the displacement on the error of the facing: a robot that has turned further than measured has
-/// also moved to that side. W_xy is the square root of the information of (x, y) for a known facing. With unit weights,
-/// g = 0, lambda = 0 and no z this is the energy of equation (6). Node 0 is fixed.
+/// g is the regression of the displacement on the error of the facing: a robot that has turned further than measured
+/// has also moved to that side. W_xy is the square root of the information of (x, y) for a known facing. With unit
+/// weights, g = 0, lambda = 0 and no z this is the energy of equation (6). Node 0 is fixed.
 #pragma once
 
 #include <Eigen/Core>
@@ -42,8 +42,8 @@ struct Constraint {
   double z_weight = 1.0;
   double scale_kept = 1.0;  ///< factor from the log-scale of `from` to its part at `to`
   bool recall = false;      ///< a recall: no information about scale, in the map's unit, may be wrong
-  bool vague = false;       ///< a recall without image geometry: about the same place
-  /// Of a vague recall, the distance from the recall before it [m]. Far away where there is none.
+  bool vague = false;  ///< a recall without image geometry: it states only that the places are about the same
+  /// Of a vague recall, the distance from the recall before it [m]; the largest number if there is none before.
   double apart = std::numeric_limits<double>::max();
   double doubt = 1.0;     ///< width of this constraint's kernel, in units of the graph's
   bool shortcut = false;  ///< later odometry over a stretch that the chain of constraints also covers

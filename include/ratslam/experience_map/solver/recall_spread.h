@@ -2,16 +2,16 @@
 /// and a robot of a hand's size need no tuning.
 ///
 /// 1. First guess. A new template is learned when the view has changed too much. So the distance between
-///    templates tells how far away a place can still be recalled: at most 4/3 of the median distance between
+///    templates shows from how far away a place can still be recalled: at most 4/3 of the median distance between
 ///    created experiences. That is the first guess of the spread, along and across the heading.
 /// 2. Learning. The residuals at the optimum of the recalls that agree with the map give the spread as 1.4826
 ///    times the median of their sizes. The first guess is averaged in as if it were ten recalls. The spread is at
 ///    least spacing / sqrt(12): that of a place anywhere between two templates.
 /// 3. Correlation. Neighbouring recalls share much of their errors. The correlation r of the errors is taken to fall
 ///    exponentially with the distance between the recalls (first-order autoregression), over a length that is
-///    learned from the residuals if nearly all recalls agree. After a recall at that distance, a recall tells
-///    (1 - r) / (1 + r) as much as an independent one about an error that both share, and is weighed so.
-/// None of this makes a recall weaker than the first guess: what is beyond that is an error of the odometry, whose
+///    learned from the residuals if nearly all recalls agree. A recall at that distance has (1 - r) / (1 + r) of the
+///    information of an independent one about an error they share; its weight is reduced accordingly.
+/// No recall gets a larger standard deviation than the first guess: larger residuals are errors of the odometry, whose
 /// residuals are correlated, too.
 #pragma once
 
@@ -55,7 +55,7 @@ class RecallSpread {
   /// What has been learned of one component of the errors.
   struct Component {
     double sigma = 0.0;       ///< standard deviation, with the first guess averaged in; 0: not learned yet
-    double shown = 0.0;       ///< the same as the residuals alone show it
+    double shown = 0.0;       ///< standard deviation by the residuals alone
     double correlated = 0.0;  ///< length over which the correlation falls to 1/e [m]; 0: independent
 
     template <class Fields>

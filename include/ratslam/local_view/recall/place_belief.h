@@ -3,31 +3,31 @@
 ///
 /// Steps for each view:
 ///   1. Move (move). A place stands for the stretch of path up to the place learned next, and the robot may be anywhere
-///      on it. The belief in a place moves along its links by the distance driven since the last view. Now and then the
-///      same stretch may differ in length by 0.4 of itself, or by more if the odometry's covariance is larger. On a
-///      chain with one step per place, 0.1 of the belief stays, 0.8 moves to the next place and 0.1 to the one after it.
-///      The place not yet known gets the belief that would pass the end of the links, the belief that would move to the
-///      newest places, and a share of 0.0005 of all other belief (less if the view has not changed).
+///      on it. The belief in a place moves along its links by the distance driven since the last view. The
+///      length of the same stretch, as measured at two visits, may differ by a share of 0.4, or by more if the
+///      odometry's covariance is larger. On a chain with one step per place, 0.1 of the belief stays, 0.8 moves to the
+///      next place and 0.1 to the one after it. The place not yet known gets the belief that would pass the end of the
+///      links, the belief that would move to the newest places, and a share of 0.0005 of all other belief (less if the
+///      view has not changed).
 ///   2. Begin anywhere (seed). A share of 1e-4 of the belief in a place not yet known is distributed over the learned
 ///      places. Only the places most similar to the view are followed.
 ///   3. Veto of odometry (excluded). A place is excluded if dead reckoning puts the robot farther from it than 4
 ///      standard deviations of the drift since its last visit. This distinguishes identical houses in a row. For a
 ///      camera that looks ahead, a place is also excluded if the robot had another heading there. Without odometry, and
 ///      across a break in it, nothing is excluded.
-///   4. Weigh (weigh). z is the likeness of a place, standardised over all places. The belief in the place is multiplied
-///      by exp(0.7 n z). A place not yet known counts as z = 2.5, or as 0.8 if there is no odometry or the robot was at
-///      a known place at the last view. n is the novelty of the view, from 0 to 1: of two equal views the second is no
-///      further evidence, so that a chance likeness does not accumulate.
-///      If dead reckoning does not vouch for the path since the place's last visit (deadReckoningKnows), a likeness
-///      beyond chance counts more, by n (z - 6)^2, so that a recall comes soon. If it does, the recall can wait until
-///      the robot is where the place was learned.
-///      The lane, a sideways shift of the view, has a belief of its own with the same weights. It changes slowly. At
-///      first the lane in which the place was learned is the most likely one.
+///   4. Weigh (weigh). z is the likeness of a place, standardised over all places. The belief in the place is
+///      multiplied by exp(0.7 n z). A place not yet known counts as z = 2.5, or as 0.8 if there is no odometry or the
+///      robot was at a known place at the last view. n is the novelty of the view, from 0 to 1: of two equal views the
+///      second is no further evidence, so that a chance likeness does not accumulate. If the odometry has not measured
+///      all of the path since the place's last visit, or states no covariance (deadReckoningKnows), a likeness beyond
+///      chance counts more, by n (z - 6)^2, so that a recall comes soon. Otherwise the recall can wait until the robot
+///      is where the place was learned. The lane, a sideways shift of the view, has a belief of its own with the same
+///      weights. It changes slowly. At first the lane in which the place was learned is the most likely one.
 ///
-/// A place is claimed if it and the places within 2 links of it hold more than 0.99 of the belief. If the robot moves on
-/// from a known place to the next and the odometry states its covariance, it is enough that all known places together
-/// hold that much. Another place may then have up to twenty times as much belief as the claimed one: the places of a
-/// road that was learned twice share the belief.
+/// A place is claimed if it and the places within 2 links of it hold more than 0.99 of the belief. If the robot moves
+/// on from a known place to the next and the odometry states its covariance, it is enough that all known places
+/// together hold that much. Another place may then have up to twenty times as much belief as the claimed one: the
+/// places of a road that was learned twice share the belief.
 #pragma once
 
 #include <cstdint>
@@ -68,7 +68,7 @@ struct PlaceClaim {
   /// Belief in the place, its neighbours within 2 links, and places with nearly the same view.
   double confidence = 0.0;
   /// Distance of the robot ahead of the place, along the path driven then, by the likeness of the neighbouring places
-  /// [m]; 0 if they do not tell, the motion is not measured, or the confidence is not above kClaim.
+  /// [m]; 0 if their likeness does not determine it, the motion is not measured, or the confidence is not above kClaim.
   double ahead = 0.0;
   /// Relative likeness of each variant of the view to the place; they sum to 1.
   std::vector<double> variant_weights;

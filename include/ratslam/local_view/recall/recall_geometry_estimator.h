@@ -19,7 +19,7 @@
 /// (confirmed), and one with inliers = 0 (unknown: `vt_verify` is none, the template was dropped, or it has too few
 /// features for a confirmation).
 ///
-/// Memory: a template takes at most bytesPerTemplate(): 60 bytes per feature and less than a kilobyte in addition
+/// Memory: a template takes at most 60 bytes per feature and less than a kilobyte in addition
 /// (30 kB with 500 features). All templates take at most vt_verify_max_templates times that (150 MB with 5000). If
 /// there are too many, the template whose neighbours were learned closest to each other in time is dropped, so that
 /// the others cover the path evenly. The last 13 grey images are kept as well, with the features of those that needed
@@ -71,8 +71,6 @@ class RecallGeometryEstimator {
   std::size_t templates() const { return templates_.size(); }
   /// Bytes that the stored templates take.
   std::size_t memoryBytes() const;
-  /// Most bytes that one template takes.
-  static std::size_t bytesPerTemplate(int features);
 
   const RecallGeometryParams& params() const { return params_; }
 

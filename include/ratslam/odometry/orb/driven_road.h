@@ -2,8 +2,8 @@
 ///
 /// A patch of road is seen some camera heights ahead (ground_plane.h). If the road's slope changes in between, the
 /// patch's plane, continued to the camera, passes too high or too low: 1 degree over 4 heights is an error of 7 %. So
-/// the height is measured where the patch itself is: when the camera comes there, or, while it drives backwards, where
-/// it has been before. In between only the odometry's path counts, which is exact over so short a way.
+/// the height is measured when the camera is above the patch, or, if it drives backwards, where it was above the patch
+/// before. The path from the sighting to there comes from the odometry, whose error over that distance is negligible.
 ///
 /// All positions are kept in the axes of the newest keyframe's camera, in the odometry's present unit.
 #pragma once
@@ -25,7 +25,8 @@ struct DrivenHeight {
 class DrivenRoad {
  public:
   /// Moves on to the next keyframe. @param T_now_before from the axes of the keyframe before to those of the new one
-  /// @param camera_height about; it only bounds what is kept, and a step that is longer than two of it ends all patches
+  /// @param camera_height approximate; it only bounds what is kept, and a step of more than twice this height drops all
+  /// patches
   /// @return the heights above the patches that the camera passed over in between, oldest patch first
   std::vector<DrivenHeight> moveOn(const RigidTransform& T_now_before, double camera_height);
   /// Adds a patch seen from the newest keyframe. Of patches close to each other only the first is kept.

@@ -33,7 +33,7 @@ class MapInitialiser {
                                 const std::optional<UncertainTurn>& turn = std::nullopt);
   void reset() { reference_.reset(); }
   void setReference(std::shared_ptr<Frame> reference) { reference_ = std::move(reference); }
-  /// Sets another calibration for later frames. @pre reset
+  /// Sets another calibration for later frames. To be called only after reset().
   void setCamera(const CameraModel& camera) { camera_ = camera; }
 
  private:

@@ -102,7 +102,7 @@ struct OrbOdometryParams {
 
   /// @throws std::invalid_argument naming key, value and bound.
   void validate() const;
-  /// To be called where there is no tf. @throws std::invalid_argument if camera_frame is set
+  /// To be called by programs without tf. @throws std::invalid_argument if camera_frame is set
   void requireNoCameraFrame() const;
 };
 

@@ -41,8 +41,6 @@ class ScaleKeeper {
   /// known yet.
   std::optional<double> scaleOfNewMap(const CameraModel& camera, const LocalMap& map);
 
-  /// The camera's height in the odometry's unit; none before it is known.
-  std::optional<double> targetHeight() const { return target_; }
   bool locked() const { return locked_; }
   /// Uncertainty of the unit.
   UnitOfLength unit() const;
@@ -74,7 +72,7 @@ class ScaleKeeper {
   ScaleParams params_;
   RoadParams road_;
   Eigen::Vector3d normal_;
-  std::optional<double> target_;
+  std::optional<double> target_;  // camera height in the odometry's unit, once it is known
   bool target_is_guess_ = false;  // from planes ahead alone
   bool locked_ = false;
   std::deque<double> pending_;  // log heights seen while not locked

@@ -1,7 +1,8 @@
 /// Kalman filter of the error of the log of the odometry's unit of length.
 ///
-/// The error is a random walk along the way. A measurement says log(height that should be / measured height). Patches
-/// of road near each other share what is wrong with them, so a measurement tells only as much as its new share of road.
+/// The error is a random walk along the way. A measurement is log(target height / measured height). Patches of road
+/// near each other share their errors, so a measurement has only the information of the road that no earlier one
+/// showed.
 ///
 /// A measurement far from the prediction (a kerb, a crossing street) is left out. If none has been used over two pieces
 /// of road and the outliers agree, the unit has changed, as in a sharp turn with few landmarks, and the filter takes
@@ -31,7 +32,7 @@ class UnitFilter {
   /// Moves on by a piece of way [unit].
   void move(double way);
   /// Uses a measurement. The first ones after the start are collected, and their median is used.
-  /// @param log_error log(height that should be / measured height)
+  /// @param log_error log(target height / measured height); @param variance of log_error
   /// @return log of the factor by which the unit is to be corrected; 0 if it is not
   double use(double log_error, double variance);
 

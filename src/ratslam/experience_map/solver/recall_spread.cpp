@@ -14,11 +14,12 @@ constexpr double kFirstGuessCounts = 10.0;  // weight of the first guess, in rec
 constexpr double kMoreRecalls = 1.25;       // learn again when the number has grown by this factor
 constexpr double kMoreSpacings = 1.1;       // take the median again when the number has grown by this factor
 constexpr double kReach = 4.0 / 3.0;        // largest distance at which a place is recalled, in spacings
-constexpr double kNoticeable = 0.05;        // relative change of a spread from which recalls are weighed anew
-constexpr double kGaussian = 1.4826;        // standard deviation / median absolute value
+constexpr double kNoticeable = 0.05;  // least relative change of a spread for which recalls are weighed anew
+constexpr double kGaussian = 1.4826;  // standard deviation / median absolute value
 constexpr double kUniform = 0.28867513459481287;  // standard deviation / width
 constexpr double kLeastFacing = 0.02;             // [rad]
-constexpr double kAtPeace = 0.9;  // share of the recalls that must agree for their correlation to be theirs
+// Least share of agreeing recalls; with fewer, errors of the map correlate the residuals.
+constexpr double kLeastAgreeing = 0.9;
 
 /// Length over which the errors' correlation falls to 1/e, from recalls no farther apart than `near`.
 double correlatedLength(const std::vector<double>& errors, const std::vector<double>& apart, double near) {
@@ -112,9 +113,9 @@ bool RecallSpread::learn(const PoseGraph& graph) {
     apart.push_back(constraint.apart);
   }
   if (along.size() < kLeastRecalls) return false;
-  // Where the map is wrong its tension is in the residuals, whose correlation then tells nothing of recalls.
-  const bool at_peace = static_cast<double>(along.size()) >= kAtPeace * static_cast<double>(vague);
-  const double near = at_peace ? place() : 0.0;
+  // Where the map is wrong, its errors correlate the residuals; then the correlation of recalls is not learned.
+  const bool agree = static_cast<double>(along.size()) >= kLeastAgreeing * static_cast<double>(vague);
+  const double near = agree ? place() : 0.0;
   const double least = kUniform / kReach * place();
   const bool changes[] = {along_.learn(place(), least, along, apart, near),
                           across_.learn(place(), least, across, apart, near),

@@ -277,10 +277,4 @@ std::size_t RecallGeometryEstimator::memoryBytes() const {
   return bytes;
 }
 
-std::size_t RecallGeometryEstimator::bytesPerTemplate(int features) {
-  const auto n = static_cast<std::size_t>(features);
-  return sizeof(std::uint32_t) + sizeof(Template) +
-         n * (2 * sizeof(Eigen::Vector2f) + 3 * sizeof(float) + kRecallDescriptorBytes);
-}
-
 }  // namespace ratslam

@@ -12,7 +12,7 @@ constexpr double kFarthestBeside = 1.1;  // a patch counts if the camera passes 
 constexpr double kRemembered = 20.0;  // length of way over which patches and places are kept [camera heights]
 constexpr double kSpacing = 0.2;      // least distance between patches, and between places [camera heights]
 constexpr auto kMost = static_cast<std::size_t>(kRemembered / kSpacing);
-constexpr double kJump = 2.0;            // a longer step is none that was driven [camera heights]
+constexpr double kJump = 2.0;            // a longer step is an error and not a motion [camera heights]
 constexpr double kLateralTiltDeg = 0.7;  // standard deviation of a road's slope to the side
 
 }  // namespace

@@ -1,5 +1,5 @@
-/// A queue for messages that wait for a slow callback. It keeps the newest few: a node on a slow machine drops the others
-/// instead of lagging further and further behind.
+/// A queue for messages that wait for a slow callback. They are processed in the order of arrival. If too many wait, the
+/// oldest are dropped, so that a node on a slow machine does not fall further and further behind.
 ///
 /// A bounded ROS subscription also drops messages, but does not count them. Everything runs in the callback queue of the
 /// node handle, which must have one thread.
@@ -28,15 +28,15 @@ class PostedCall : public ros::CallbackInterface {
 };
 
 template <class Item>
-class NewestFirstQueue {
+class DropOldestQueue {
  public:
   /// @param size  largest number of waiting items; 0: no bound   @param handle_item  receives the items in order
-  NewestFirstQueue(const ros::NodeHandle& handle, std::size_t size,
-                   std::function<void(const Item&)> handle_item)
+  DropOldestQueue(const ros::NodeHandle& handle, std::size_t size,
+                  std::function<void(const Item&)> handle_item)
       : callbacks_(handle.getCallbackQueue()), size_(size), handle_item_(std::move(handle_item)) {}
-  ~NewestFirstQueue() { callbacks_->removeByID(id()); }
-  NewestFirstQueue(const NewestFirstQueue&) = delete;
-  NewestFirstQueue& operator=(const NewestFirstQueue&) = delete;
+  ~DropOldestQueue() { callbacks_->removeByID(id()); }
+  DropOldestQueue(const DropOldestQueue&) = delete;
+  DropOldestQueue& operator=(const DropOldestQueue&) = delete;
 
   /// @return number of items that were dropped
   std::size_t push(const Item& item) {
