@@ -61,8 +61,8 @@ void RivalWatch::onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>
     std::set<std::string>& nodes = known->second;
     if (!nodes.insert(event.getPublisherName()).second || nodes.size() != 2) continue;
     ROS_ERROR(
-        "tf: the transform %s -> %s is broadcast by %s: only one may. Use the robot's own odometry "
-        "(odometry:=external), or let one of them be silent (publish_tf:=false)",
+        "tf: the transform %s -> %s is broadcast by %s: only one may. Leave it to one of them (this package: "
+        "publish_tf:=false, and odometry:=external if the robot has its own odometry)",
         transform.header.frame_id.c_str(), transform.child_frame_id.c_str(),
         joined({nodes.begin(), nodes.end()}).c_str());
   }
@@ -74,9 +74,9 @@ void RivalWatch::checkOdometry() {
   timer_.stop();  // report only once
   std::sort(names.begin(), names.end());
   ROS_ERROR(
-      "%s is published by %s: the map would be made of both. Use the robot's own odometry "
-      "(odometry:=external), "
-      "or give ours a topic of its own (odom:=TOPIC)",
+      "%s is published by %s: the map would be made of both. Leave it to one of them (odometry:=external: "
+      "this package "
+      "publishes none), or choose the topic of one (odom:=TOPIC)",
       odometry_topic_.c_str(), joined(names).c_str());
 }
 

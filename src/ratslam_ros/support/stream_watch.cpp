@@ -22,6 +22,9 @@ bool isOwnPicture(const std::string& topic) {
          endsWith(topic, "/ExperienceMap/Picture") || endsWith(topic, "/debug_image");
 }
 
+/// Topics of a bag that `playback` keeps from the nodes.
+bool isLeftOut(const std::string& topic) { return topic.find("/left_out/") != std::string::npos; }
+
 /// What to do if these are the images of `topic` in another transport, or `topic` itself with another type; else empty.
 std::string adviceOn(const std::string& topic, const std::string& type,
                      const ros::master::TopicInfo& published) {
@@ -56,7 +59,7 @@ std::vector<std::string> similarTopics(const std::string& topic, const std::stri
       similar.insert(similar.begin(), candidate.name + " [" + candidate.datatype + "] (" + advice + ")");
       continue;
     }
-    if (candidate.name == topic || isOwnPicture(candidate.name)) continue;
+    if (candidate.name == topic || isOwnPicture(candidate.name) || isLeftOut(candidate.name)) continue;
     if (candidate.datatype == type || lastPart(candidate.name) == lastPart(topic)) {
       similar.push_back(candidate.name + " [" + candidate.datatype + "]");
     }
