@@ -243,7 +243,7 @@ def test_no_map_is_overwritten_under_another_name(programs, parts, tmp_path):
             done = call(programs[2], *words, "-o", out)
             assert done.returncode == 1 and done.stderr == f"ratslam_map: {out}: it is the map itself\n", done.stderr
     done = call(programs[2], "export", path, "--format", "tum", "-o", other)
-    assert done.returncode == 1 and "other.db: it is a map or another database and is not overwritten" in done.stderr
+    assert done.returncode == 1 and "other.db: cannot write this file: it is a map or another database and is not overwritten" in done.stderr
     assert filecmp.cmp(path, parts / "first.db", shallow=False) and filecmp.cmp(other, parts / "second.db", shallow=False)
 
 

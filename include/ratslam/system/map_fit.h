@@ -17,6 +17,9 @@ std::string misfitOf(const State& map);
 /// @throws std::runtime_error naming the part that is missing: a node's checkpoint holds only one
 void requireAllParts(const std::string& name, const State& map);
 
+/// Whether one map holds the drive of the other one: it was pruned, or continued. Its templates then begin alike.
+bool holdTheSameDrive(const State& a, const State& b);
+
 /// All differences between the parts, including those that only prevent a merge.
 std::vector<std::string> misfitsOf(const State& map);
 

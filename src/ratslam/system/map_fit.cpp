@@ -95,4 +95,14 @@ void requireAllParts(const std::string& name, const State& map) {
   }
 }
 
+bool holdTheSameDrive(const State& a, const State& b) {
+  const State* of_a = a.find("local_view/templates");
+  const State* of_b = b.find("local_view/templates");
+  if (rowsOf(of_a) == 0 || rowsOf(of_b) == 0) return false;
+  const std::vector<std::uint8_t>& first = of_a->array("values").bytes;
+  const std::vector<std::uint8_t>& second = of_b->array("values").bytes;
+  const auto count = static_cast<std::ptrdiff_t>(std::min(first.size(), second.size()));
+  return count > 0 && std::equal(first.begin(), first.begin() + count, second.begin());
+}
+
 }  // namespace ratslam

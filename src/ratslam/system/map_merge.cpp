@@ -16,6 +16,7 @@
 #include "ratslam/common/angles.h"
 #include "ratslam/experience_map/solver/pose_graph.h"
 #include "ratslam/experience_map/solver/standing.h"
+#include "ratslam/system/map_fit.h"
 #include "ratslam/system/pipeline.h"
 
 namespace ratslam {
@@ -221,17 +222,6 @@ std::vector<Stamp> breaksOf(const std::vector<MapSession>& sessions, double time
     if (pause > time_reset) breaks.push_back(sessions[i].last_stamp + stampFromSeconds(time_reset));
   }
   return breaks;
-}
-
-/// Whether one map holds the drive of the other one: it was pruned, or continued. Its templates then begin alike.
-bool holdTheSameDrive(const State& a, const State& b) {
-  const State* of_a = a.find("local_view/templates");
-  const State* of_b = b.find("local_view/templates");
-  if (of_a == nullptr || of_b == nullptr || of_a->arrays().empty() || of_b->arrays().empty()) return false;
-  const std::vector<std::uint8_t>& first = of_a->arrays().begin()->second.bytes;
-  const std::vector<std::uint8_t>& second = of_b->arrays().begin()->second.bytes;
-  const auto count = static_cast<std::ptrdiff_t>(std::min(first.size(), second.size()));
-  return count > 0 && std::equal(first.begin(), first.begin() + count, second.begin());
 }
 
 /// Replays the drive of one map through another map.
