@@ -97,6 +97,8 @@ class ExperienceMap {
   /// its message says why.
   const Goal& setGoal(double x, double y);
 
+  /// Ends the way to a goal.
+  void dropGoal() { planner_ = GoalPlanner(params_.exp_goal_radius, params_.exp_goal_timeout); }
   const Goal& goal() const { return planner_.goal(); }
 
   /// The robot's pose, then the experiences on the path to the goal. Empty unless a goal is active or reached.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ratslam/common/state.h"
 #include "ratslam/system/parameter_changes.h"
 #include "ratslam_ros/support/message_guard.h"
 
@@ -15,11 +16,18 @@ class ChangeLog {
  public:
   ChangeLog(ros::NodeHandle handle, const std::string& topic);
 
+  /// Adds the changes to the state of the map, so that those of a trajectory stay together when the node restarts.
+  void save(State& state) const { state.set(kName, changes_); }
+  /// Takes those of a loaded state; none if it holds none.
+  void load(const State& state);
+
   /// Writes the changes in order of time; no file if there are none. @param file  as for writeTrajectories
   /// @throws std::runtime_error naming the file that cannot be written
   void write(const std::string& file) const;
 
  private:
+  static constexpr const char* kName = "parameter_changes";
+
   std::vector<ParameterChange> changes_;
   MessageGuard guard_;
   ros::Subscriber subscriber_;

@@ -16,6 +16,9 @@ class GoalReporter {
   void take(const geometry_msgs::PoseStamped& goal, const std::string& map_frame, ExperienceMap& map,
             MapPublisher& publisher);
 
+  /// To be called when another map has been loaded, which has no goal.
+  void forget() { status_ = GoalStatus::kNone; }
+
   /// Reports changes of the goal since the last call, and publishes the path while a goal is active.
   void report(const ExperienceMap& map, MapPublisher& publisher);
 

@@ -15,12 +15,12 @@ class LazyPicture {
   LazyPicture(ros::NodeHandle& handle, const std::string& topic)
       : publisher_(handle.advertise<sensor_msgs::Image>(topic, 1, true)) {}
 
-  bool wanted() const { return publisher_.getNumSubscribers() > 0; }
+  std::uint32_t viewers() const { return publisher_.getNumSubscribers(); }
 
   /// @param draw  returns an 8-bit BGR picture; called only if there are subscribers
   template <class Draw>
   void publish(const std_msgs::Header& header, Draw&& draw) const {
-    if (wanted()) publisher_.publish(cv_bridge::CvImage(header, "bgr8", draw()).toImageMsg());
+    if (viewers() > 0) publisher_.publish(cv_bridge::CvImage(header, "bgr8", draw()).toImageMsg());
   }
 
  private:

@@ -32,15 +32,24 @@ class MapPublisher {
   /// @param latest  the robot's pose by all odometry so far
   void followOdometry(const StampedPose& latest, OdometryFrame& odometry);
 
-  /// Publishes map, marker and picture if the map has changed since the last time and map_period is over.
+  /// Publishes, once map_period is over, map and marker if the map has changed since the last time, and the picture also
+  /// if the robot has moved or somebody has subscribed.
   void publishMapIfDue(const ExperienceMap& map);
   /// Publishes map and marker if the map has changed since the last time.
   void publishMap(const ExperienceMap& map);
 
   void publishPath(const ExperienceMap& map);
 
+  /// Publishes a map that was loaded, or forgotten, in place of the one before.
+  void replaceMap(const ExperienceMap& map);
+
  private:
+  /// What the picture shows: the revision of the map, the stamp of the robot's pose, and the number of viewers.
+  using Pictured = std::tuple<std::uint64_t, Stamp, std::uint32_t>;
+
   std_msgs::Header header() const;
+  void send(const ExperienceMap& map);
+  void publishPicture(const ExperienceMap& map);
   void publishTransform(const StampedPose& robot, OdometryFrame& odometry);
 
   NodeParams params_;
@@ -57,6 +66,7 @@ class MapPublisher {
   std::optional<Stamp> newest_transform_;
   std::optional<StampedPose> ahead_;  ///< the robot's pose after the last decision
   std::optional<std::uint64_t> published_revision_;
+  std::optional<Pictured> pictured_;
   ros::WallTime published_at_;
 };
 

@@ -15,6 +15,10 @@
 
 namespace ratslam {
 
+/// Who numbers the messages of a topic in header.seq. Tools that thin out a stream keep the numbers that another
+/// publisher gave, so that missing ones of a foreign stream mean nothing.
+enum class Numbering { kOurs, kForeign };
+
 class MessageGuard {
  public:
   /// Calls `action`, which processes a message of `topic`. @return false if it threw
@@ -29,15 +33,16 @@ class MessageGuard {
     return false;
   }
 
-  /// Subscribes with a handler that may throw. With an unbounded queue, lost messages are reported.
+  /// Subscribes with a handler that may throw. With an unbounded queue, lost messages of our nodes are reported.
   template <class Message, class Handler>
   ros::Subscriber subscribe(ros::NodeHandle& handle, const std::string& topic, std::uint32_t queue_size,
-                            Handler handler) {
+                            Handler handler, Numbering numbering = Numbering::kOurs) {
     using Event = ros::MessageEvent<const Message>;
     const std::string name = handle.resolveName(topic);
-    const auto callback = [this, name, handler, bounded = queue_size > 0](const Event& event) {
+    const bool counts = queue_size == 0 && numbering == Numbering::kOurs;
+    const auto callback = [this, name, handler, counts](const Event& event) {
       const Message& message = *event.getConstMessage();
-      if (!bounded) number(name, event.getPublisherName(), message.header.seq);
+      if (counts) number(name, event.getPublisherName(), message.header.seq);
       run(name, [&] { handler(message); });
     };
     const auto refused = [this, name](const std::string& why) {

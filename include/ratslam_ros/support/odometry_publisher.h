@@ -1,4 +1,4 @@
-/// Publisher of one of our odometries: nav_msgs/Odometry, its quality on odom_quality, and, on request, odom ->
+/// Publisher of one of our odometries: nav_msgs/Odometry, its quality on the same name with _quality, and, on request, odom ->
 /// base_link (REP-105).
 ///
 /// odom_quality is advertised before odom, and the quality of a sample is published before the sample. So a subscriber
@@ -37,7 +37,8 @@ class OdometryPublisher {
 
   /// @param sample  with the stamp of its image; must have a pose
   /// @param twist   all six components; speed, yaw rate and covariance are taken from the sample
-  /// The pose's covariance is the sum of the twists' covariances.
+  /// The pose's covariance is that of all steps, to first order, in the axes of header.frame_id. A step without a
+  /// covariance (a bridged one) adds nothing.
   void publish(OdometrySample sample, const Twist& twist);
 
   std::optional<Stamp> lastStamp() const { return last_stamp_; }
@@ -50,6 +51,8 @@ class OdometryPublisher {
   std::vector<ros::Publisher> publishers() const { return {quality_publisher_, publisher_}; }
 
  private:
+  void addToPose(const Eigen::Isometry3d& pose, const TwistCovariance& of_step);
+
   NodeParams params_;
   ros::Publisher quality_publisher_;
   ros::Publisher publisher_;
@@ -57,6 +60,7 @@ class OdometryPublisher {
   std::optional<Stamp> last_stamp_;
   std::uint32_t first_epoch_ = 0;
   TwistCovariance pose_covariance_ = TwistCovariance::Zero();
+  std::optional<Eigen::Vector3d> last_position_;
 };
 
 }  // namespace ratslam

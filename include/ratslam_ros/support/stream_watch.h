@@ -11,7 +11,8 @@
 namespace ratslam {
 
 /// Whether the ROS master knows a publisher of a topic. @param topic  resolved name
-bool isPublished(const std::string& topic);
+/// @return none if the master does not answer
+std::optional<bool> isPublished(const std::string& topic);
 
 /// Published topics that may be meant by `topic`: of the same type, or with the same last name. The same images in
 /// another transport, and the topic itself with another type, come first, with what to do. Pictures drawn by nodes of this package are left

@@ -57,6 +57,8 @@ const Goal& GoalPlanner::update(const ExperienceGraph& graph, std::uint32_t curr
     std::ostringstream why;
     why << "experience " << goal_.experience << " was not reached within " << timeout_ << " s";
     fail(why.str());
+  } else if (now < since_) {
+    fail("time went back behind the goal's");
   }
   return goal_;
 }

@@ -93,6 +93,7 @@ void MapStage::interrupt() {
   newest_geometry_.reset();
   started_ = false;
   last_processed_.reset();
+  map_.dropGoal();
 }
 
 void MapStage::save(State& state) const {

@@ -32,7 +32,7 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
                        "ratslam_ros/TopologicalAction"),
       source_(params_.decision_source,
               [topic = handle.resolveName(topicName(params_.topic_root, "PoseCell/State"))] {
-                return isPublished(topic);
+                return isPublished(topic).value_or(false);
               }),
       silence_(params_.sync_timeout),
       services_(
@@ -45,7 +45,11 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
       tuning_(handle_, own, parameters, stage_) {
   requireTrajectoriesWritable(params_.trajectory_file, params_.trajectory_format);
   commands_.start(handle_, params_);
-  if (const auto state = checkpoints_.resume()) stage_.load(*state);
+  if (const auto state = checkpoints_.resume()) {
+    stage_.load(*state);
+    changes_.load(*state);
+    publisher_.replaceMap(stage_.map());
+  }
   pose_cells_.start(stage_.session());
   commands_.heard({stage_.session().id, stage_.lastDecision().value_or(0)});
   commands_.resumed();
@@ -92,7 +96,7 @@ template <class Message>
 void MapNode::onDecision(const Message& message) {
   decisions_watch_.messageArrived();
   const TopologicalAction action = actionFromMessage(message);
-  checkpoints_.before(action.stamp, [this](State& state) { stage_.save(state); });
+  checkpoints_.before(action.stamp, [this](State& state) { save(state); });
   pose_cells_.heard(action.session);
   commands_.heard({action.session.id, action.stamp});
   if (!stage_.addDecision(action)) reports_.timeWentBack();
@@ -132,26 +136,33 @@ std::string MapNode::behind(const StreamPoint& last, Stamp last_change, bool all
 
 PartActions MapNode::actions() {
   PartActions actions;
-  actions.save = [this](State& state) { stage_.save(state); };
+  actions.save = [this](State& state) { save(state); };
   actions.load = [this](const State& state) {
     stage_.load(state);
     stage_.interrupt();
     pose_cells_.start(stage_.session());
-    publisher_.publishMap(stage_.map());
+    changes_.load(state);
+    goals_.forget();
+    publisher_.replaceMap(stage_.map());
   };
   actions.setLearning = [this](bool on) { stage_.setLearning(on); };
   return actions;
 }
 
+void MapNode::save(State& state) const {
+  stage_.save(state);
+  changes_.save(state);
+}
+
 std::string MapNode::write(const std::string& file) {
   stage_.map().settle();
-  changes_.write(file);
   const TrajectoryFiles files = writeTrajectories(stage_.map(), file, params_.trajectory_format);
+  changes_.write(file);
   return files.online + ", " + files.final;
 }
 
 void MapNode::finish() {
-  checkpoints_.finish([this](State& state) { stage_.save(state); });
+  checkpoints_.finish([this](State& state) { save(state); });
   stage_.map().settle();
   publisher_.publishMap(stage_.map());
   if (params_.trajectory_file.empty()) return;

@@ -16,6 +16,11 @@ ChangeLog::ChangeLog(ros::NodeHandle handle, const std::string& topic)
             changes_.push_back(changeFromMessage(message));
           })) {}
 
+void ChangeLog::load(const State& state) {
+  changes_.clear();
+  if (state.hasChild(kName)) state.get(kName, changes_);
+}
+
 void ChangeLog::write(const std::string& file) const {
   const std::string path = trajectoryFiles(file, "tum").changes;
   if (changes_.empty()) {

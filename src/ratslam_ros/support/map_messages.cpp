@@ -85,7 +85,8 @@ visualization_msgs::Marker markerToMessage(const ExperienceGraph& graph, const s
   message.header = header;
   message.ns = "experience_map";
   message.type = visualization_msgs::Marker::LINE_LIST;
-  message.action = visualization_msgs::Marker::ADD;
+  const bool empty = graph.links().empty();  // rviz refuses a list of no lines
+  message.action = empty ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
   message.pose.orientation.w = 1.0;
   message.scale.x = line_width;
   message.color = driven;

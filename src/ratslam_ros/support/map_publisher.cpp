@@ -107,16 +107,38 @@ void MapPublisher::publishTransform(const StampedPose& robot, OdometryFrame& odo
 }
 
 void MapPublisher::publishMapIfDue(const ExperienceMap& map) {
-  if (ros::WallTime::now() - published_at_ >= ros::WallDuration(params_.map_period)) publishMap(map);
+  if (ros::WallTime::now() - published_at_ < ros::WallDuration(params_.map_period)) return;
+  publishMap(map);
+  publishPicture(map);
 }
 
 void MapPublisher::publishMap(const ExperienceMap& map) {
   if (map.graph().experiences().empty() || published_revision_ == map.revision()) return;
+  send(map);
+}
+
+void MapPublisher::send(const ExperienceMap& map) {
   published_revision_ = map.revision();
   published_at_ = ros::WallTime::now();
   map_.publish(mapToMessage(map.graph(), header()));
   marker_.publish(markerToMessage(map.graph(), header(), params_.map_line_width));
+}
+
+void MapPublisher::publishPicture(const ExperienceMap& map) {
+  const Pictured shown{map.revision(), newest_, picture_.viewers()};
+  if (pictured_ == shown || map.graph().experiences().empty()) return;
+  pictured_ = shown;
+  published_at_ = ros::WallTime::now();
   picture_.publish(header(), [&map] { return drawMap(map.graph(), map.robotPose(), mapPictureSize()); });
+}
+
+void MapPublisher::replaceMap(const ExperienceMap& map) {
+  newest_ = map.onlineTrajectory().empty() ? 0 : map.onlineTrajectory().back().stamp;
+  newest_transform_.reset();
+  ahead_.reset();
+  pictured_.reset();
+  send(map);
+  publishPath(map);
 }
 
 void MapPublisher::publishPath(const ExperienceMap& map) {

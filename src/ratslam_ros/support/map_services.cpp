@@ -160,7 +160,11 @@ void MapServices::advertiseAll() {
     return (request.data != 0 ? "paused: " : "goes on: ") + parts;
   });
   advertise<std_srvs::SetBool>("LocaliseOnly", [this](std_srvs::SetBool::Request& request) {
-    const std::string parts = toAll({command(Request::LEARN, "", request.data == 0)});
+    std::vector<Request> requests;
+    // What is not kept would be discarded. All parts keep it before the first one switches, or none switches.
+    if (request.data != 0) requests.push_back(command(Request::KEEP));
+    requests.push_back(command(Request::LEARN, "", request.data == 0));
+    const std::string parts = toAll(requests);
     remember(kAskedLocaliseOnly, request.data != 0);
     return (request.data != 0 ? "nothing is learned by " : "learning: ") + parts;
   });

@@ -32,19 +32,34 @@ NodeParams odometryNodeParams(const ParameterMap& parameters) {
 OdometryPublisher::OdometryPublisher(ros::NodeHandle& handle, const NodeParams& params)
     : params_(params),
       quality_publisher_(handle.advertise<ratslam_ros::OdometryQuality>(
-          topicName(params.topic_root, "odom_quality"), kSendQueue)),
+          handle.resolveName(topicName(params.topic_root, "odom")) + "_quality", kSendQueue)),
       publisher_(handle.advertise<nav_msgs::Odometry>(topicName(params.topic_root, "odom"), kSendQueue)) {}
 
 void OdometryPublisher::save(State& state) const {
   state.set("last_stamp", last_stamp_);
   state.set("first_epoch", first_epoch_);
   state.set("pose_covariance", pose_covariance_);
+  state.set("last_position", last_position_);
 }
 
 void OdometryPublisher::load(const State& state) {
   state.get("last_stamp", last_stamp_);
   state.get("first_epoch", first_epoch_);
   state.get("pose_covariance", pose_covariance_);
+  state.get("last_position", last_position_);
+}
+
+/// Adds the covariance of a step, in the axes of base_link, to that of the pose, in the axes of the odometry's frame:
+/// P <- F P F^T + G Q G^T. F carries the error of the heading over to the position, G turns the axes.
+void OdometryPublisher::addToPose(const Eigen::Isometry3d& pose, const TwistCovariance& of_step) {
+  const Eigen::Vector3d way = pose.translation() - last_position_.value_or(pose.translation());
+  last_position_ = pose.translation();
+  TwistCovariance carried = TwistCovariance::Identity();
+  carried.topRightCorner<3, 3>() << 0.0, way.z(), -way.y(), -way.z(), 0.0, way.x(), way.y(), -way.x(), 0.0;
+  TwistCovariance turned = TwistCovariance::Zero();
+  turned.topLeftCorner<3, 3>() = pose.linear();
+  turned.bottomRightCorner<3, 3>() = pose.linear();
+  pose_covariance_ = carried * pose_covariance_ * carried.transpose() + turned * of_step * turned.transpose();
 }
 
 void OdometryPublisher::publish(OdometrySample sample, const Twist& twist) {
@@ -57,9 +72,8 @@ void OdometryPublisher::publish(OdometrySample sample, const Twist& twist) {
   const double dt = last_stamp_ ? std::max(0.0, secondsBetween(*last_stamp_, sample.stamp)) : 0.0;
   const bool moved_on = !last_stamp_ || sample.stamp != *last_stamp_;
   last_stamp_ = sample.stamp;
-  // Sum of the steps' covariances, to first order and per axis.
   const TwistCovariance covariance = sample.covariance.value_or(TwistCovariance::Zero());
-  pose_covariance_ += dt * dt * covariance;
+  addToPose(*sample.pose, dt * dt * covariance);
 
   quality_publisher_.publish(qualityToMessage(sample));
   nav_msgs::Odometry message;

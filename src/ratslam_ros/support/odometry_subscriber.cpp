@@ -19,7 +19,8 @@ void OdometrySubscriber::start() {
       handle_, watch_.topic() + "_quality", 0,
       [this](const ratslam_ros::OdometryQuality& message) { onQuality(message); });
   subscriber_ = guard_.subscribe<nav_msgs::Odometry>(
-      handle_, watch_.topic(), 0, [this](const nav_msgs::Odometry& message) { onSample(message); });
+      handle_, watch_.topic(), 0, [this](const nav_msgs::Odometry& message) { onSample(message); },
+      Numbering::kForeign);
 }
 
 void OdometrySubscriber::watchStreams() {
@@ -43,7 +44,7 @@ void OdometrySubscriber::onSample(const nav_msgs::Odometry& message) {
   if (!frame_.empty() && frame_.front() == '/') frame_.erase(0, 1);
   if (!with_quality_) with_quality_ = isPublished(watch_.topic() + "_quality");
   pairing_.hearSample(odometryFromMessage(message));
-  drain(*with_quality_);
+  drain(with_quality_.value_or(false));
 }
 
 void OdometrySubscriber::drain(bool wait) {

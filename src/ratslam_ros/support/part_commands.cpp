@@ -72,8 +72,10 @@ void PartCommands::run(const Request& request) {
     case Request::RENEW:
       if (!held_until_) throw std::runtime_error(part() + ": it is not held");
       break;
+    case Request::KEEP:
+      files.saveNow(actions_.save);
+      break;
     case Request::LEARN:
-      if (!request.on) files.saveNow(actions_.save);  // later it would be discarded
       setLearning(request.on);
       break;
     default:

@@ -1,6 +1,7 @@
 #include "ratslam_ros/support/stream_watch.h"
 
 #include <ros/console.h>
+#include <ros/this_node.h>
 
 #include <algorithm>
 
@@ -20,6 +21,28 @@ bool endsWith(const std::string& name, const std::string& ending) {
 bool isOwnPicture(const std::string& topic) {
   return endsWith(topic, "/LocalView/View") || endsWith(topic, "/PoseCell/Activity") ||
          endsWith(topic, "/ExperienceMap/Picture") || endsWith(topic, "/debug_image");
+}
+
+/// The published topics with their types; none if the master does not answer. ros::master::getTopics would wait for it,
+/// for ever if it is gone.
+std::optional<std::vector<ros::master::TopicInfo>> publishedTopics() {
+  XmlRpc::XmlRpcValue request;
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue payload;
+  request[0] = ros::this_node::getName();
+  request[1] = "";
+  const bool wait_for_master = false;
+  if (!ros::master::execute("getPublishedTopics", request, response, payload, wait_for_master))
+    return std::nullopt;
+  std::vector<ros::master::TopicInfo> topics;
+  try {
+    for (int i = 0; i < payload.size(); ++i) {
+      topics.emplace_back(static_cast<std::string>(payload[i][0]), static_cast<std::string>(payload[i][1]));
+    }
+  } catch (const XmlRpc::XmlRpcException&) {  // no valid answer of the master
+    return std::nullopt;
+  }
+  return topics;
 }
 
 /// Topics of a bag that `playback` keeps from the nodes.
@@ -43,10 +66,10 @@ std::string adviceOn(const std::string& topic, const std::string& type,
 
 }  // namespace
 
-bool isPublished(const std::string& topic) {
-  std::vector<ros::master::TopicInfo> published;
-  ros::master::getTopics(published);
-  return std::any_of(published.begin(), published.end(),
+std::optional<bool> isPublished(const std::string& topic) {
+  const auto published = publishedTopics();
+  if (!published) return std::nullopt;
+  return std::any_of(published->begin(), published->end(),
                      [&topic](const ros::master::TopicInfo& candidate) { return candidate.name == topic; });
 }
 
@@ -71,10 +94,9 @@ void StreamWatch::warnIfItNeverCame() {
   if (warned_ || came_ || !started_ || ros::WallTime::now() - *started_ < ros::WallDuration(kPatience_s))
     return;
   warned_ = true;
-  std::vector<ros::master::TopicInfo> published;
-  ros::master::getTopics(published);
   std::string hint;
-  for (const std::string& similar : similarTopics(topic_, type_, published)) {
+  for (const std::string& similar :
+       similarTopics(topic_, type_, publishedTopics().value_or(std::vector<ros::master::TopicInfo>()))) {
     hint += (hint.empty() ? "; published are " : ", ") + similar;
   }
   ROS_WARN("nothing has come on %s [%s] for %.0f s%s", topic_.c_str(), type_.c_str(), kPatience_s,
@@ -88,7 +110,8 @@ bool SyncTimeout::expired(bool something_waits) {
   }
   if (given_up_) return true;
   const Clocks now{ros::WallTime::now(), ros::Time::now()};
-  if (!waiting_since_) waiting_since_ = now;
+  // The waiting begins anew if the clock goes back.
+  if (!waiting_since_ || now.ros < waiting_since_->ros) waiting_since_ = now;
   const double waited =
       std::min((now.wall - waiting_since_->wall).toSec(), (now.ros - waiting_since_->ros).toSec());
   given_up_ = waited >= timeout_s_;

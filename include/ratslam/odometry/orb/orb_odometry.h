@@ -86,6 +86,9 @@ class OrbOdometry {
   /// @throws std::invalid_argument for another type or a size that is not the camera's. Nothing has changed then.
   OrbResult track(Stamp stamp, const cv::Mat& image, ImageQuality quality = ImageQuality::kUsable);
 
+  /// Begins where another odometry has ended, so that the pose goes on. To be called before the first image.
+  void continueAt(const OrbOdometry& before) { T_odom_camera_ = before.T_odom_camera_; }
+
   std::int64_t ignoredFrames() const { return ignored_frames_; }
   std::int64_t restarts() const { return restarts_; }
   /// The last frame with its features and observations; null before the first.

@@ -47,7 +47,11 @@ OrbSource::OrbSource(const CameraModel& camera, const OrbOdometryParams& params)
 }
 
 OdometrySample OrbSource::track(const ImageFrame& frame) {
-  if (frame.begins_anew) odometry_.emplace(camera_, params_);
+  if (frame.begins_anew) {
+    OrbOdometry anew(camera_, params_);
+    anew.continueAt(*odometry_);  // REP-105: the odometry's frame is continuous
+    odometry_.emplace(std::move(anew));
+  }
   result_ = odometry_->track(frame.stamp, frame.image, frame.quality);
   ++frames_;
   if (result_->state == OrbState::kTracking) ++tracked_;
