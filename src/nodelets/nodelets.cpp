@@ -9,6 +9,7 @@
 #include "ratslam_ros/nodes/local_view_node.h"
 #include "ratslam_ros/nodes/orb_odometry_node.h"
 #include "ratslam_ros/nodes/profile_odometry_node.h"
+#include "ratslam_ros/support/node_failure.h"
 #include "ratslam_ros/support/run_node.h"
 
 namespace ratslam {
@@ -29,6 +30,7 @@ class NodeAsNodelet : public nodelet::Nodelet {
  private:
   /// Makes the node in the thread of its callbacks, so that no callback runs before it is complete.
   void onInit() override {
+    setProcessIsShared();
     std::promise<void> made;
     getSTCallbackQueue().addCallback(boost::make_shared<PostedCall>([this, &made] {
       try {

@@ -70,6 +70,7 @@ class Services(chain.ChainTest):
         self.assertEqual([name for name in os.listdir(self.map_dir) if ".part" in name], [])
 
         self.done("Reset", Trigger)
+        self.wait(lambda: self.experiences() == 0)  # the map that is latched is no longer there
         kept_bytes = harness.contents(kept)
         for service, arguments in (("SaveMap", "lap.db"), ("SaveTrajectories", "so_far")):
             self.refused("nothing to save yet", service, MapPath, arguments)

@@ -57,6 +57,9 @@ class ExperienceMap {
   /// Finishes the solver's remaining work. The newest pose of the online trajectory does not change.
   void settle();
 
+  /// A step of the odometry in the unit of length of the robot's frame, level unless the map has height.
+  OdometryStep inRobotsUnit(const OdometryStep& step) const;
+
   /// Pose in the map: x, y, z [m], yaw [rad], log-scale of the odometry.
   MapPose robotPose() const;
 
@@ -129,6 +132,7 @@ class ExperienceMap {
 
   ExperienceMapParams params_;
   bool learning_ = true;
+  std::uint64_t bridged_steps_ = 0;  ///< predicted steps of the odometry in a row
   ExperienceGraph graph_;
   std::unique_ptr<MapSolver> solver_;
   Trajectory trajectory_;

@@ -38,6 +38,7 @@ struct DecidedSample {
   OdometrySample sample;
   SampleVerdict verdict = SampleVerdict::kAccepted;
   bool unmeasured = false;  ///< it ends an unmeasured stretch
+  bool put_aside = false;   ///< it belongs to a time that has not begun (EventGate::isPutAside)
 };
 
 /// @tparam Event has a member `stamp`
@@ -75,6 +76,10 @@ class EventGate {
   void acceptHeld() {
     if (held_) decideHeld([this](const OdometrySample& sample) { return admit(sample); });
   }
+  /// Whether the newest sample, of this stamp, waits for the events to go back in time, too.
+  bool isPutAside(Stamp stamp) const { return !earlier_.empty() && earlier_.back().stamp == stamp; }
+  /// Whether samples wait so.
+  bool putsAside() const { return !earlier_.empty(); }
   /// Number of samples that were not used, because they went back in time and the events did not; and the stamp of the
   /// first of them.
   std::uint64_t leftBehind() const { return left_behind_ + earlier_.size(); }
@@ -319,7 +324,7 @@ class EventGate {
     const OdometrySample sample = *std::exchange(held_, std::nullopt);
     const std::uint64_t unmeasured = odometry_.unmeasured();
     const SampleVerdict verdict = add(sample);
-    decided_.push_back({sample, verdict, odometry_.unmeasured() > unmeasured});
+    decided_.push_back({sample, verdict, odometry_.unmeasured() > unmeasured, isPutAside(sample.stamp)});
   }
 
   /// Both streams have gone back. The held sample was the last one of the old time, for which events may wait.

@@ -4,7 +4,7 @@
 /// counted and reported:
 ///   - Bytes that give no image (image_decoding.h) and images that a model refuses are left out.
 ///   - An image of another size than those before is left out. If more images in a row have the new size than had the
-///     old one, the stream begins anew. (So one image of a wrong size at the start costs two images.)
+///     old one, or more than 100, the stream begins anew. (So one image of a wrong size at the start costs two images.)
 ///   - A stamp that steps back by less than time_reset is late: the image is left out. If it steps back by more, time
 ///     begins anew, unless only the image before had jumped ahead. An image with a repeated stamp, or with a stamp of
 ///     zero among others, is left out.

@@ -127,7 +127,9 @@ class LocalViewStage {
     }
   };
 
-  void follow(const OdometrySample& sample, SampleVerdict verdict, bool broken);
+  void follow(const DecidedSample& decided);
+  void follow(const OdometrySample& sample, bool back, bool broken);
+  void settleAside();
   std::vector<DecidedSample> followDecided();
   void joinOldest();
   ViewMotion motionUntil(Stamp stamp);
@@ -139,7 +141,8 @@ class LocalViewStage {
   TimedChanges<LocalViewParams> changes_;
   std::unique_ptr<RecallCheck> recall_check_;  ///< only with vt_verify, once the camera is known
   EventGate<WaitingView> gate_;
-  std::uint64_t beginnings_ = 0;  ///< times that the odometry's time had begun anew at the last view
+  std::vector<OdometrySample> aside_;  ///< of a time that has not begun (EventGate::isPutAside)
+  std::uint64_t beginnings_ = 0;       ///< times that the odometry's time had begun anew at the last view
   std::vector<DecidedSample> decided_;
   std::deque<Certainty> certainties_;  ///< of the samples that no view has used yet
   std::optional<Stamp> last_sample_;

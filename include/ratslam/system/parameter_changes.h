@@ -55,8 +55,12 @@ class TimedChanges {
   /// and the same state.
   template <class Part>
   void applyBefore(Stamp event, Part& part) {
-    const auto due = std::stable_partition(waiting_.begin(), waiting_.end(),
-                                           [event](const auto& change) { return change.first >= event; });
+    // If time has gone back, what was to hold after the old time's last event holds from the beginning of the new one.
+    const std::optional<Stamp> last = std::exchange(last_, event);
+    const bool back = last && event < *last;
+    const auto due = std::stable_partition(waiting_.begin(), waiting_.end(), [&](const auto& change) {
+      return change.first >= event && !(back && change.first <= *last);
+    });
     if (due == waiting_.end()) return;
     State known;
     part.save(known);
@@ -69,6 +73,7 @@ class TimedChanges {
 
  private:
   std::vector<std::pair<Stamp, Params>> waiting_;
+  std::optional<Stamp> last_;  ///< the last event
 };
 
 /// Reads changes from a CSV file with the columns after_ns,name,value, as ratslam_em writes it.

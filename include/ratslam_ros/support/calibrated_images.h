@@ -35,6 +35,8 @@ class CalibratedImages {
 
  private:
   void onCameraInfo(const sensor_msgs::CameraInfo& message);
+  /// Hands on the camera. If the node cannot use it, see failNode. @throws std::invalid_argument for a bad calibration
+  void handOn(const CameraModel& camera);
   void onWaitingImage(const RecordedImage& image);
   /// Starts with the first calibration that fits the newest image, if there are both.
   void chooseCamera();
@@ -44,6 +46,7 @@ class CalibratedImages {
   std::optional<CameraModel> configured_;
   CameraHandler on_camera_;
   bool ready_ = false;
+  bool failed_ = false;                         ///< the node is useless (failNode)
   std::vector<sensor_msgs::CameraInfo> infos_;  ///< the first message for each size, until the start
   std::optional<RecordedImage> newest_;         ///< newest waiting image
   ImageSubscriber images_;

@@ -29,7 +29,8 @@ const ExperienceMapParams& validated(const ExperienceMapParams& params) {
 bool finite(const RecallGeometry& g) {
   return std::isfinite(g.relative_rad) && std::isfinite(g.direction_rad) && std::isfinite(g.distance) &&
          std::isfinite(g.sigma_rotation) && g.sigma_rotation > 0.0 && std::isfinite(g.sigma_direction) &&
-         g.sigma_direction > 0.0 && std::isfinite(g.ahead);
+         g.sigma_direction > 0.0 && std::isfinite(g.ahead) && std::isfinite(g.sigma_distance) &&
+         g.sigma_distance >= 0.0;
 }
 
 /// Converts a step from the odometry's present unit to the unit of the robot's frame.
@@ -44,6 +45,13 @@ OdometryStep inUnitOf(OdometryStep step, double log_unit) {
     step.covariance = units.asDiagonal() * *step.covariance * units.asDiagonal();
   }
   return step;
+}
+
+/// Whether a predicted step has a frame of its own: the first ones of a stretch, so that a correction can bend it. A
+/// camera may stay dark all night, so that later only every power of two has.
+bool needsFrame(std::uint64_t bridged_steps) {
+  constexpr std::uint64_t kEach = 256;
+  return bridged_steps <= kEach || (bridged_steps & (bridged_steps - 1)) == 0;
 }
 
 /// Whether a sample after `first` has a frame that is older than that sample. Then the robot was placed on known
@@ -147,6 +155,12 @@ void ExperienceMap::start(Stamp stamp) {
   record();
 }
 
+OdometryStep ExperienceMap::inRobotsUnit(const OdometryStep& step) const {
+  OdometryStep carried = inUnitOf(step, robot_.standing.log_unit);
+  if (!params_.exp_height) carried.up = 0.0;
+  return carried;
+}
+
 void ExperienceMap::integrate(Stamp end, const OdometryStep& step) {
   if (!clock_) throw std::invalid_argument("odometry: the clock of the experience map has not been started");
   if (end < *clock_) {
@@ -158,10 +172,10 @@ void ExperienceMap::integrate(Stamp end, const OdometryStep& step) {
     throw std::invalid_argument("odometry: motion up to stamp " + std::to_string(end) + " ns is not finite");
   }
   if (step.unit) unit_sigma_ = std::max(unit_sigma_, std::min(step.unit->constant_sigma, kUnknownUnit));
-  OdometryStep carried = inUnitOf(step, robot_.standing.log_unit);
-  if (!params_.exp_height) carried.up = 0.0;
+  const OdometryStep carried = inRobotsUnit(step);
   // A predicted stretch gets a link of its own, so that it can be corrected apart from the measured ones.
-  if (step.bridged) {
+  bridged_steps_ = step.bridged ? bridged_steps_ + 1 : 0;
+  if (learning_ && step.bridged && needsFrame(bridged_steps_)) {
     robot_ = solver_->anchor(graph_, robot_);
     record();
   }
@@ -269,6 +283,7 @@ void ExperienceMap::save(State& state) const {
   state.set("clock", clock_);
   state.set("current_since", current_since_);
   state.set("unit_sigma", unit_sigma_);
+  state.set("bridged_steps", bridged_steps_);
 }
 
 void ExperienceMap::load(const State& state) {
@@ -282,6 +297,7 @@ void ExperienceMap::load(const State& state) {
   state.get("clock", clock_);
   state.get("current_since", current_since_);
   state.get("unit_sigma", unit_sigma_);
+  state.get("bridged_steps", bridged_steps_);
   if (current_.value_or(0) >= std::max<std::size_t>(graph_.experiences().size(), 1)) {
     throw std::runtime_error("state " + state.path() + "/current: there is no experience " +
                              std::to_string(*current_));

@@ -60,7 +60,7 @@ void OdometryDoubts::addPose(const OdometrySample& sample, double dt) {
   pose_turn_ += std::abs(turned);
   twist_way_ += std::abs(sample.speed) * dt;
   twist_turn_ += std::abs(sample.yaw_rate) * dt;
-  if (moved.norm() > 0.0 || turned != 0.0) ++moved_;
+  if (moved_ < kLeastSteps && (moved.norm() > 0.0 || turned != 0.0)) ++moved_;
 }
 
 std::optional<std::string> OdometryDoubts::twistSideways(const OdometrySample& sample) {

@@ -30,6 +30,7 @@ std::string beyond(const char* what, const Eigen::Isometry3d& pose) {
 
 std::string whyImpossible(const OdometryCorrection& correction) {
   if (!correction.covariance.allFinite()) return "the covariance of the correction is not finite";
+  if (correction.covariance.diagonal().minCoeff() < 0.0) return "the correction has a negative variance";
   for (const StampedMotion& moved : correction.way) {
     std::string why = beyond("a position on the way of the correction", moved.motion);
     if (!why.empty()) return why;

@@ -15,6 +15,9 @@ namespace {
 /// A recording may begin at stamp zero. But if zero means "no stamp", the next stamp jumps to the present year.
 constexpr double kLongestFirstStep = 10.0;  // [s]
 
+/// So many images in a row of another size mean a change for good, however long the camera had the size before.
+constexpr std::size_t kMostOfAnotherSize = 100;
+
 struct EventNames {
   const char* counter;  ///< in summary.json and diagnostics
   const char* words;    ///< in a sentence
@@ -207,7 +210,7 @@ bool ImageStage::sizeIsUsable(const DecodedImage& image) {
   others_in_a_row_ = size == other_size_ ? others_in_a_row_ + 1 : 1;
   other_size_ = size;
   const std::string change = "its size changed from " + text(size_) + " to " + text(size);
-  if (others_in_a_row_ <= used_of_size_) {
+  if (others_in_a_row_ <= std::min(used_of_size_, kMostOfAnotherSize)) {
     tell(ImageEvent::kOtherSize, image.name + ": image skipped: " + change);
     return false;
   }

@@ -53,13 +53,14 @@ SampleVerdict LocalViewStage::addOdometry(const OdometrySample& sample) {
   const SampleVerdict verdict = gate_.addOdometry(sample);
   std::uint64_t before = 0;
   for (const DecidedSample& held : followDecided()) before += held.unmeasured ? 1U : 0U;
-  follow(sample, verdict, gate_.odometry().unmeasured() > unmeasured + before);
+  follow(
+      {sample, verdict, gate_.odometry().unmeasured() > unmeasured + before, gate_.isPutAside(sample.stamp)});
   return verdict;
 }
 
 std::vector<DecidedSample> LocalViewStage::followDecided() {
   std::vector<DecidedSample> decided = gate_.takeDecided();
-  for (const DecidedSample& held : decided) follow(held.sample, held.verdict, held.unmeasured);
+  for (const DecidedSample& held : decided) follow(held);
   decided_.insert(decided_.end(), decided.begin(), decided.end());
   return decided;
 }
@@ -74,9 +75,26 @@ void LocalViewStage::endOdometry() {
   followDecided();
 }
 
-void LocalViewStage::follow(const OdometrySample& sample, SampleVerdict verdict, bool broken) {
-  if (verdict != SampleVerdict::kAccepted && verdict != SampleVerdict::kTimeWentBack) return;
-  const bool back = verdict == SampleVerdict::kTimeWentBack;
+void LocalViewStage::follow(const DecidedSample& decided) {
+  if (decided.verdict != SampleVerdict::kAccepted && decided.verdict != SampleVerdict::kTimeWentBack) return;
+  settleAside();
+  if (decided.put_aside) {
+    aside_.push_back(decided.sample);
+    return;
+  }
+  follow(decided.sample, decided.verdict == SampleVerdict::kTimeWentBack, decided.unmeasured);
+}
+
+/// Once the time has begun to which the samples put aside belong, their certainties are those that count. If the old
+/// time has gone on instead, they were another source's.
+void LocalViewStage::settleAside() {
+  if (aside_.empty() || gate_.putsAside()) return;
+  const std::vector<OdometrySample> samples = std::exchange(aside_, {});
+  if (gate_.clockStart() != samples.front().stamp) return;
+  for (const OdometrySample& sample : samples) follow(sample, &sample == &samples.front(), false);
+}
+
+void LocalViewStage::follow(const OdometrySample& sample, bool back, bool broken) {
   if (back) certainties_.clear();
   const bool anew = last_sample_ && sample.epoch != source_epoch_;
   if (broken || anew) ++epoch_;
@@ -169,6 +187,7 @@ ViewMotion LocalViewStage::motionUntil(Stamp stamp) {
 ViewObservation LocalViewStage::process(const WaitingView& waiting) {
   changes_.applyBefore(waiting.stamp, cells_);
   followDecided();
+  settleAside();
   if (std::exchange(beginnings_, gate_.beginnings()) != gate_.beginnings()) cells_.wakeUp();
   const ViewMotion motion = needsOdometry() ? motionUntil(waiting.stamp) : ViewMotion{};
   ViewObservation observation;
@@ -190,6 +209,7 @@ void LocalViewStage::interrupt() {
   gate_ = EventGate<WaitingView>(false, stream_);
   certainties_.clear();
   last_sample_.reset();
+  aside_.clear();
   beginnings_ = 0;
   cells_.wakeUp();
 }
@@ -201,6 +221,7 @@ void LocalViewStage::save(State& state) const {
   streams.set("views", gate_);
   streams.set("certainties", certainties_);
   streams.set("last_sample", last_sample_);
+  streams.set("aside", aside_);
   streams.set("source_epoch", source_epoch_);
   streams.set("epoch", epoch_);
   streams.set("beginnings", beginnings_);
@@ -213,6 +234,7 @@ void LocalViewStage::load(const State& state) {
   streams.get("views", gate_);
   streams.get("certainties", certainties_);
   streams.get("last_sample", last_sample_);
+  streams.get("aside", aside_);
   streams.get("source_epoch", source_epoch_);
   streams.get("epoch", epoch_);
   streams.get("beginnings", beginnings_);

@@ -41,6 +41,7 @@ bool MapStage::addDecision(const TopologicalAction& action) {
 void MapStage::addGeometry(const RecallGeometry& geometry) {
   geometry_[geometry.stamp] = geometry;
   newest_geometry_ = geometry.stamp;
+  if (geometry.view_id != kNoView) newest_view_ = std::max(newest_view_, geometry.view_id);
   if (geometry_.size() <= kMostGeometry) return;
   geometry_.erase(geometry_.begin());
   ++forgotten_;
@@ -112,6 +113,9 @@ void MapStage::save(State& state) const {
   state.set("beginnings", beginnings_);
   state.set("way", way_);
   state.set("way_yaw", way_yaw_);
+  state.set("newest_view", newest_view_);
+  state.set("oldest_view", oldest_view_);
+  state.set("began_before", began_before_);
 }
 
 void MapStage::load(const State& state) {
@@ -131,6 +135,9 @@ void MapStage::load(const State& state) {
   state.get("beginnings", beginnings_);
   state.get("way", way_);
   state.get("way_yaw", way_yaw_);
+  state.get("newest_view", newest_view_);
+  state.get("oldest_view", oldest_view_);
+  state.get("began_before", began_before_);
 }
 
 void MapStage::process(const TopologicalAction& action) {
@@ -139,6 +146,8 @@ void MapStage::process(const TopologicalAction& action) {
     const Stamp start = gate_.clockStart().value_or(action.stamp);
     map_.start(start);
     way_.assign(1, Waypoint{start, way_.empty() ? Eigen::Vector3d(0, 0, 0) : way_.back().place});
+    oldest_view_ = began_before_ ? newest_view_ : 0;
+    began_before_ = true;
     started_ = true;
     beginnings_ = gate_.beginnings();
   }
@@ -201,11 +210,10 @@ StampedPose MapStage::latestPose() const {
   if (!newest) return latest;
   Motion motion;
   for (const TimedStep& timed : gate_.odometry().lookAhead(*newest)) {
-    motion.add(timed.step);
+    motion.add(map_.inRobotsUnit(timed.step));
     latest.stamp = timed.end;
     latest.tilt = timed.step.tilt;
   }
-  if (!map_.withHeight()) motion.pose.z = 0.0;
   latest.pose = compose(latest.pose, motion.pose);
   return latest;
 }
@@ -218,8 +226,9 @@ std::optional<RecallGeometry> MapStage::takeGeometry(Stamp stamp) {
   if (!geometry.measured()) return geometry.ahead != 0.0 ? std::make_optional(geometry) : std::nullopt;
   const auto from = odometryAt(geometry.companion_stamp);
   const auto to = odometryAt(geometry.template_stamp);
-  if (geometry.distance_ratio >= 0.0 && from && to) {
-    const double way = (*to - *from).norm();
+  const double way = from && to ? (*to - *from).norm() : 0.0;
+  // Stamps of a template from before the way began are those of another clock.
+  if (geometry.distance_ratio >= 0.0 && way > 0.0 && geometry.view_id >= oldest_view_) {
     geometry.distance = geometry.distance_ratio * way;
     geometry.sigma_distance = geometry.sigma_ratio * way;
   }

@@ -27,7 +27,8 @@ struct Template {
 bool makeTemplate(const cv::Mat& image, const Eigen::Vector2d& centre, const Eigen::Matrix2d& step,
                   Template& made) {
   const Eigen::Vector2d middle = kPatchMiddle + Eigen::Vector2d::Ones();  // of the rim
-  const Eigen::Vector2d reach = step.cwiseAbs() * middle;
+  constexpr double kRounding = 2e-3;                                      // of positions as floats [px]
+  const Eigen::Vector2d reach = step.cwiseAbs() * middle + kRounding * Eigen::Vector2d::Ones();
   if (!((centre - reach).minCoeff() >= 0.0) || !(centre.x() + reach.x() < image.cols - 1) ||
       !(centre.y() + reach.y() < image.rows - 1)) {
     return false;

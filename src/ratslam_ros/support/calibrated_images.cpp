@@ -5,6 +5,7 @@
 
 #include "ratslam_ros/support/camera_info.h"
 #include "ratslam_ros/support/checked_subscription.h"
+#include "ratslam_ros/support/node_failure.h"
 #include "ratslam_ros/support/node_parameters.h"
 
 namespace ratslam {
@@ -41,7 +42,8 @@ CalibratedImages::CalibratedImages(const ros::NodeHandle& handle, const Paramete
           "sensor_msgs/CameraInfo") {}
 
 void CalibratedImages::start() {
-  if (on_camera_ && configured_) on_camera_(*configured_);
+  if (on_camera_ && configured_) handOn(*configured_);
+  if (failed_) return;
   ready_ = !on_camera_ || configured_;
   if (!ready_) {
     images_.hold([this](const RecordedImage& image) { onWaitingImage(image); });
@@ -55,6 +57,19 @@ void CalibratedImages::start() {
         [this](const std::string& why) { sayUnusable(why); });
   }
   images_.start();
+}
+
+void CalibratedImages::handOn(const CameraModel& camera) {
+  try {
+    on_camera_(camera);
+  } catch (const std::invalid_argument& e) {
+    if (!configured_) throw;  // another message may hold a calibration that can be used
+    failed_ = true;
+    failNode(e);
+  } catch (const std::exception& e) {
+    failed_ = true;
+    failNode(e);
+  }
 }
 
 void CalibratedImages::onCameraInfo(const sensor_msgs::CameraInfo& message) {
@@ -83,7 +98,7 @@ void CalibratedImages::onWaitingImage(const RecordedImage& image) {
 }
 
 void CalibratedImages::chooseCamera() {
-  if (!newest_ || infos_.empty()) return;
+  if (failed_ || !newest_ || infos_.empty()) return;
   const cv::Size size = decodeNow(*newest_).image.size();
   if (size.empty()) return;  // a corrupt image; wait for the next one
   std::string reason;
@@ -92,7 +107,8 @@ void CalibratedImages::chooseCamera() {
       const CameraModel camera = cameraFromMessage(info, isRectifiedTopic(topic()), size);
       const auto doubt = camera.doubt();
       if (doubt) ROS_WARN("%s: %s", camera_info_watch_.topic().c_str(), doubt->c_str());
-      on_camera_(camera);
+      handOn(camera);
+      if (failed_) return;
       ready_ = true;
       break;
     } catch (const std::invalid_argument& e) {
@@ -112,7 +128,7 @@ void CalibratedImages::sayUnusable(const std::string& why) {
 
 void CalibratedImages::warnIfSomethingNeverCame() {
   images_.watch().warnIfItNeverCame();
-  if (ready_ || !images_.somethingWaits()) return;
+  if (failed_ || ready_ || !images_.somethingWaits()) return;
   camera_info_watch_.warnIfItNeverCame();
   if (!camera_info_watch_.came()) {
     no_calibration_.report("images wait for " + camera_info_watch_.topic() + kHowToCalibrate);

@@ -6,6 +6,7 @@
 
 #include "oracle/experience_map_drive.h"
 #include "ratslam/common/pose2.h"
+#include "ratslam/common/state.h"
 
 namespace ratslam {
 namespace {
@@ -105,6 +106,21 @@ TEST_P(SmallMap, RejectsOdometryThatDoesNotFitAndStaysAsItWas) {
                std::invalid_argument);
   EXPECT_EQ(map.robotPose().x, before.x);
   EXPECT_EQ(map.onlineTrajectory().size(), 5U);
+}
+
+/// A camera that is covered all night: what is predicted meanwhile must not fill the memory.
+TEST_P(SmallMap, DoesNotGrowWithAStretchThatIsOnlyPredicted) {
+  const auto size = [this] {
+    State state;
+    map.save(state);
+    return state.child("solver").toBytes().size();
+  };
+  const std::size_t before = size();
+  OdometryStep step = motion(0.01);
+  step.bridged = true;
+  step.covariance = Eigen::Matrix4d(1e-4 * Eigen::Matrix4d::Identity());
+  for (int k = 0; k < 100000; ++k) map.integrate((10 + k) * kSecond, step);
+  EXPECT_LT(size(), before + 300 * 400) << "at most 300 frames of some hundred bytes";
 }
 
 TEST_P(SmallMap, LinksTwoExperiencesOnce) {

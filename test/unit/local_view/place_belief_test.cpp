@@ -51,6 +51,35 @@ double confidenceAfter(int views, int width, double novelty) {
   return claim ? claim->confidence : 0.0;
 }
 
+/// In a dark tunnel a lit station is unlike all other places, by the root of their number.
+TEST(PlaceBelief, KnowsTheOnePlaceThatIsUnlikeThousandsThatAreAlike) {
+  constexpr std::size_t kMany = 4000;
+  PlaceBelief belief;
+  ViewMotion step;
+  step.forward = kStep;
+  for (std::uint32_t place = 0; place < kMany; ++place) {
+    belief.move(step, 1.0);
+    belief.arrive(place);
+  }
+  belief.wakeUp();
+  ViewLikeness station;
+  station.variants = 1;
+  station.places = kMany;
+  station.priors = {1.0};
+  station.values.assign(kMany, 0.0F);
+  station.values[1234] = 1.0F;
+  step.epoch = 1;
+  for (int k = 0; k < 3; ++k) {
+    belief.move(step, 1.0);
+    const auto claim = belief.weigh(station, kMany);
+    ASSERT_TRUE(claim.has_value());
+    EXPECT_TRUE(std::isfinite(claim->confidence)) << k;
+    EXPECT_TRUE(std::isfinite(belief.unknown())) << k;
+    if (k == 0) EXPECT_EQ(claim->place, 1234U);
+    step.forward = 0.0;
+  }
+}
+
 TEST(PlaceBelief, IsSureOfAPlaceThatStandsOut) {
   EXPECT_GT(confidenceAfter(20, 0, 0.5), PlaceBelief::kClaim);
 }

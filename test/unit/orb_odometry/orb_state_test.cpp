@@ -45,6 +45,19 @@ State stateOf(const OrbSource& odometry) {
   return state;
 }
 
+/// Of frames in which the robot is not where it was, the odometry's frame knows nothing: its pose must not jump (REP-105).
+TEST(OrbSource, ThePoseGoesOnWhereTheImagesBeginAnew) {
+  OrbSource odometry = source();
+  Eigen::Isometry3d last = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < 10; ++i) last = *odometry.track(drive()[static_cast<std::size_t>(i)]).pose;
+  ASSERT_GT(last.translation().norm(), 1.0);
+  ImageFrame anew = drive()[1];
+  anew.begins_anew = true;
+  const Eigen::Isometry3d first = *odometry.track(anew).pose;
+  EXPECT_LT((first.translation() - last.translation()).norm(), 1e-9);
+  EXPECT_TRUE(first.linear().isApprox(last.linear(), 1e-9));
+}
+
 TEST(OrbState, GoesOnAsIfItHadNeverStopped) {
   OrbSource whole = source();
   std::vector<std::vector<std::uint8_t>> saved;

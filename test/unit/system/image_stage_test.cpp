@@ -151,6 +151,14 @@ TEST_F(ImageStageTest, OneImageOfAnotherSizeIsLeftOut) {
   EXPECT_NE(told_.at(0).find("from 160x60 to 80x60"), std::string::npos) << told_.at(0);
 }
 
+TEST_F(ImageStageTest, AChangeOfSizeAfterHoursCostsSecondsNotHours) {
+  for (int k = 0; k < 500; ++k) ASSERT_TRUE(next(picture(k)));
+  int left_out = 0;
+  while (left_out < 1000 && !next(picture(left_out, {80, 60}))) ++left_out;
+  EXPECT_EQ(left_out, 100);
+  EXPECT_TRUE(next(picture(1, {80, 60})));
+}
+
 TEST_F(ImageStageTest, AnOddFirstImageDoesNotSetTheSize) {
   ASSERT_TRUE(next(picture(0, {80, 60})));
   EXPECT_FALSE(next(picture(1)));

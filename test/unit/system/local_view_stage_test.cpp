@@ -123,6 +123,44 @@ TEST(LocalViewStage, AnInterruptionBeginsAnEpochThatNoViewHasHad) {
   EXPECT_GT(stage.epoch(), largest);
 }
 
+/// A message that carries no stamp, or one of another source, says nothing of how far the robot has come.
+TEST(LocalViewStage, ASampleOfAnotherTimeChangesNoCertainty) {
+  const auto varianceAfter = [](bool with_stray) {
+    LocalViewParams params;
+    params.recall.kind = "belief";
+    params.view_template.x_size = 60;
+    params.view_template.y_size = 10;
+    LocalViewStage stage(params, RecallGeometryParams{});
+    OdometrySample sample;
+    sample.speed = 10.0;
+    sample.covariance = TwistCovariance(1e-2 * TwistCovariance::Identity());
+    ImageFrame frame;
+    frame.image = cv::Mat(240, 320, CV_8UC1);
+    sample.stamp = 1'000'000 * kSecond;
+    for (int k = 0; k < 40; ++k) {
+      sample.stamp += kSecond / 10;
+      stage.addOdometry(sample);
+      frame.stamp = sample.stamp - kSecond / 20;
+      cv::randu(frame.image, 0, 255);
+      stage.addFrame(frame);
+      stage.drain();
+      if (!with_stray || k != 20) continue;
+      OdometrySample stray = sample;
+      stray.stamp = 0;
+      stage.addOdometry(stray);
+      frame.stamp += kSecond / 40;
+      stage.addFrame(frame);
+      stage.drain();
+    }
+    State state;
+    stage.save(state);
+    return state.child("belief").child("here").get<double>("forward_variance");
+  };
+  const double clean = varianceAfter(false);
+  ASSERT_GT(clean, 0.0);
+  EXPECT_NEAR(varianceAfter(true), clean, 0.1 * clean);
+}
+
 /// Who has slept knows no longer where the places are: it must not exclude those where the robot is now. What it saw
 /// meanwhile lies apart from both.
 TEST(LocalViewStage, ASilenceOfTheOdometryBreaksDeadReckoning) {

@@ -90,6 +90,27 @@ TEST(ParameterChanges, HoldForWhatIsLaterThanTheirStampAndForNothingBefore) {
 }
 
 // Nor need anything have been seen before the first change.
+TEST(ParameterChanges, OfTheEndOfAnOldTimeHoldFromTheBeginningOfTheNewOne) {
+  struct Part {
+    Part() = default;
+    explicit Part(int given) : value(given) {}
+    int value = 0;
+    void save(State&) const {}
+    void load(const State&) {}
+    void setLearning(bool) {}
+    bool learning() const { return true; }
+  };
+  TimedChanges<int> changes;
+  Part part;
+  changes.applyBefore(600, part);
+  changes.add(600, 1);
+  changes.add(900, 2);
+  changes.applyBefore(1, part);
+  EXPECT_EQ(part.value, 1) << "the recording is played again";
+  changes.applyBefore(901, part);
+  EXPECT_EQ(part.value, 2);
+}
+
 TEST(ParameterChanges, TheNewestOfSeveralThatAreDueHolds) {
   const auto twice = drive([](Pipeline& pipeline) {
     LocalViewParams other = params().local_view;

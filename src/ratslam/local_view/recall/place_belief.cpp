@@ -36,6 +36,7 @@ constexpr std::size_t kFollowed = 128;  // number of places per view at which be
 constexpr std::size_t kFewest = 20;     // with fewer places the spread of the likeness is not known
 constexpr std::size_t kJustLearned = 10;  // number of newest places that are no candidates
 constexpr double kStillLikeness = 2.0;    // with a larger z the robot has only just left a place
+constexpr double kMostExponent = 300.0;   // of a likelihood ratio; all of them are divided if one is larger
 constexpr double kPruned = 1e-3;  // belief below this share of a place's belief by "anywhere" is dropped
 
 /// Logarithm of the likelihood ratio of a view with this z: at the place against anywhere. It is small, because the
@@ -249,14 +250,23 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
   collect(likeness.places);
   const Spread spread = likeness.places > 0 ? spreadOf(likeness) : Spread{};
   std::vector<double> of_variants(likeness.variants, 0.0);
-  double sum = 0.0;
-  for (PlaceMass& mass : active_) {
+  std::vector<double> exponents;
+  for (const PlaceMass& mass : active_) {
     const bool vouched_for = deadReckoningKnows(mass.place);
-    double weighed = 0.0;
     for (std::size_t v = 0; v < likeness.variants; ++v) {
       const double z = spread.standardised(likeness.row(v)[mass.place]);
-      const double beyond = vouched_for ? 0.0 : evidenceBeyondChance(z);
-      const double share = mass.mass * variants_[v] * std::exp(novelty_ * (evidence(z) + beyond));
+      exponents.push_back(novelty_ * (evidence(z) + (vouched_for ? 0.0 : evidenceBeyondChance(z))));
+    }
+  }
+  // A place unlike all others has a z as large as the root of their number, whose exponential no double holds.
+  double shift = 0.0;
+  for (const double exponent : exponents) shift = std::max(shift, exponent - kMostExponent);
+  double sum = 0.0;
+  auto exponent = exponents.begin();
+  for (PlaceMass& mass : active_) {
+    double weighed = 0.0;
+    for (std::size_t v = 0; v < likeness.variants; ++v) {
+      const double share = mass.mass * variants_[v] * std::exp(*exponent++ - shift);
       of_variants[v] += share;
       weighed += share;
     }
@@ -264,7 +274,7 @@ std::optional<PlaceClaim> PlaceBelief::weigh(const ViewLikeness& likeness, std::
     sum += weighed;
   }
   const bool may_stay = !measured_ || atKnownPlace();
-  unknown_ *= std::exp(novelty_ * evidence(may_stay ? kUnknownZToStay : kUnknownZ));
+  unknown_ *= std::exp(novelty_ * evidence(may_stay ? kUnknownZToStay : kUnknownZ) - shift);
   sum += unknown_;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
     const double believed = (of_variants[v] + unknown_ * variants_[v]) / sum;

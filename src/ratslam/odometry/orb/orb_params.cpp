@@ -47,6 +47,10 @@ void OrbOdometryParams::validate() const {
   if (fast_min_threshold > fast_threshold) {
     throwBadValue("orb_fast_min_threshold", fast_min_threshold, "it must not exceed orb_fast_threshold");
   }
+  if (ground_plane && levels < 2) {
+    throwBadValue("orb_levels", levels,
+                  "it must be 2 or above: orb_ground_plane measures the road on smaller images");
+  }
   if (map_keyframes <= window_keyframes) {
     throwBadValue("orb_map_keyframes", map_keyframes, "it must exceed orb_window_keyframes");
   }
