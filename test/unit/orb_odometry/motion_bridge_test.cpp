@@ -145,6 +145,17 @@ TEST_F(GapBeforeATurn, TurnBetweenFramesIsKnownOnlyWhereAllAreConnected) {
 }
 
 /// Images that show something now and then, for hours, and no map: 10 a second.
+/// A robot that is parked before a camera that shows nothing.
+TEST(MotionHistory, PredictsNoEndlessDrive) {
+  MotionHistory history(0.0);
+  Vector6 twist = Vector6::Zero();
+  twist(2) = 2.0;
+  for (int k = 0; k < 20; ++k) history.add(k * 100'000'000LL, twist);
+  EXPECT_GT(history.predict(0.0, 3.0).motion.translation.norm(), 5.0);
+  EXPECT_EQ(history.predict(100.0, 3600.0).motion.translation.norm(), 0.0);
+  EXPECT_GT(history.predict(100.0, 3600.0).covariance(2, 2), 1.0);
+}
+
 TEST(LongBridge, TakesABoundedAmountOfMemoryAndStillSpansTheWholeTime) {
   const auto bridgeOf = [](int samples, bool connected) {
     MotionBridge bridge(0, RigidTransform{}, nullptr);

@@ -83,6 +83,21 @@ TEST(ProfileOdometry, SpeedIsBoundedAndTakesTheTrueTime) {
   EXPECT_NEAR(sample.yaw_rate, 5 * degreesToRadians(50.0) / 200.0 / 0.2, 1e-12);
 }
 
+/// A robot that is parked before a camera that shows nothing.
+TEST(ProfileOdometry, PredictsNoEndlessDrive) {
+  ProfileOdometryParams p = params();
+  p.vtrans_max = 4.0;
+  p.vtrans_scaling = 1e6;
+  ProfileOdometry odometry(p);
+  odometry.track(0, scene(100));
+  odometry.track(2 * kTenth, scene(95) + 2);
+  OdometrySample sample;
+  for (int second = 1; second <= 600; ++second) sample = odometry.bridge(second * 10 * kTenth);
+  EXPECT_EQ(sample.speed, 0.0);
+  EXPECT_LT(sample.pose->translation().norm(), 4.0 * 32.0);
+  EXPECT_GT(sample.pose->translation().norm(), 4.0 * 25.0);
+}
+
 TEST(ProfileOdometry, ABlankWallIsNoTurn) {
   ProfileOdometry odometry(params());
   const cv::Mat wall(60, 200, CV_8UC1, cv::Scalar(90));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ratslam/odometry/prediction.h"
+
 namespace ratslam {
 namespace {
 
@@ -106,7 +108,8 @@ UncertainMotion MotionHistory::predict(double begin, double end) const {
   Vector6 goes_on = twist();
   goes_on(3) = goes_on(5) = 0.0;  // pitch and roll of a vehicle return
   const double grown = (std::pow(end, 3) - std::pow(begin, 3)) / 3.0;
-  return along(goes_on, end - begin, speedDiffusion() * grown, turnDiffusion() * grown);
+  const double moving = std::min(end, kLongestPrediction_s) - std::min(begin, kLongestPrediction_s);
+  return along(goes_on, moving, speedDiffusion() * grown, turnDiffusion() * grown);
 }
 
 double MotionHistory::turnVariance(const Eigen::Vector3d& before, const Eigen::Vector3d& after,

@@ -7,12 +7,13 @@
 #include <string>
 
 #include "ratslam/common/state.h"
+#include "ratslam/odometry/prediction.h"
 
 namespace ratslam {
 namespace {
 
 constexpr int kMaxShift = 40;
-constexpr std::uint32_t kStateVersion = 1;
+constexpr std::uint32_t kStateVersion = 2;
 
 struct Range {
   int begin;
@@ -103,6 +104,7 @@ void ProfileOdometry::save(State& state) const {
   state.setVersion(kStateVersion);
   state.set("previous", previous_);
   state.set("bridged_to", bridged_to_);
+  state.set("bridged_from", bridged_from_);
   state.set("speed", speed_);
   state.set("pose", std::array<double, 3>{pose_.x, pose_.y, pose_.th});
 }
@@ -111,6 +113,7 @@ void ProfileOdometry::load(const State& state) {
   state.requireVersion(kStateVersion);
   state.get("previous", previous_);
   state.get("bridged_to", bridged_to_);
+  state.get("bridged_from", bridged_from_);
   state.get("speed", speed_);
   const auto pose = state.get<std::array<double, 3>>("pose");
   pose_ = {pose[0], pose[1], pose[2]};
@@ -143,6 +146,7 @@ OdometrySample ProfileOdometry::track(Stamp stamp, const cv::Mat& image) {
   if (bridged_to_) {
     sample = bridge(stamp);
     bridged_to_.reset();
+    bridged_from_.reset();
     previous_ = std::move(view);
     return sample;
   }
@@ -165,7 +169,8 @@ OdometrySample ProfileOdometry::bridge(Stamp stamp) {
   sample.bridged = true;
   const std::optional<Stamp> before =
       bridged_to_ ? bridged_to_ : (previous_ ? std::optional<Stamp>(previous_->stamp) : std::nullopt);
-  if (before) sample.speed = speed_;
+  if (!bridged_from_) bridged_from_ = before;
+  if (before && secondsBetween(*bridged_from_, stamp) <= kLongestPrediction_s) sample.speed = speed_;
   finish(sample, before ? secondsSince(*before, stamp) : 0.0);
   previous_.reset();
   bridged_to_ = stamp;
@@ -175,6 +180,7 @@ OdometrySample ProfileOdometry::bridge(Stamp stamp) {
 void ProfileOdometry::restart() {
   previous_.reset();
   bridged_to_.reset();
+  bridged_from_.reset();
   speed_ = 0.0;
 }
 
