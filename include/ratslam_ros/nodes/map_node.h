@@ -42,7 +42,6 @@ class MapNode {
   bool isEmpty() const { return stage_.map().graph().experiences().empty(); }
   /// @return names of the files
   std::string write(const std::string& file);
-  void save(State& state) const;
   /// See MapServices.
   std::string behind(const StreamPoint& last, Stamp last_change, bool all) const;
   void watch();

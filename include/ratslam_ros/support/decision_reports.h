@@ -1,10 +1,9 @@
 /// Log messages of the map's node about decisions of the pose cells that it could not carry out unchanged.
 #pragma once
 
-#include <cstddef>
-
 #include "ratslam/system/map_stage.h"
 #include "ratslam_ros/support/counted_warning.h"
+#include "ratslam_ros/support/node_diagnostics.h"
 
 namespace ratslam {
 
@@ -15,7 +14,8 @@ class DecisionReports {
   void report(MapStage& stage);
   void timeWentBack();
 
-  std::size_t refused() const { return refused_.count(); }
+  /// Size of the map, and numbers of decisions that wait and that were refused.
+  void describe(DiagnosticStatus& status, const MapStage& stage) const;
 
  private:
   CountedWarning refused_;

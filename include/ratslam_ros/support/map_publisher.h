@@ -17,8 +17,9 @@ class MapPublisher {
   /// @param with_scale  publish ExperienceMap/Scale
   MapPublisher(ros::NodeHandle& handle, const NodeParams& params, bool with_scale);
 
-  /// Publishes robot pose, scale and map -> odom for each decision that the map has processed, oldest first.
-  void publishPoses(const ExperienceMap& map, const std::vector<Stamp>& processed, OdometryFrame& odometry);
+  /// Publishes robot pose, scale and map -> odom for each decision that the map has processed, oldest first, and
+  /// publishMapIfDue().
+  void publish(const ExperienceMap& map, const std::vector<Stamp>& processed, OdometryFrame& odometry);
 
   /// Sets the name of the odometry's frame, if messages name another one than the parameters.
   void setOdometryFrame(const std::string& name);

@@ -29,4 +29,7 @@ void requireTrajectoriesWritable(const std::string& file, const std::string& for
 TrajectoryFiles writeTrajectories(const ExperienceMap& map, const std::string& file,
                                   const std::string& format);
 
+/// Reports that the files were written. @param files  names   @param empty  nothing was mapped
+void reportTrajectories(const std::string& files, bool empty);
+
 }  // namespace ratslam

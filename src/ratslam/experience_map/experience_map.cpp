@@ -33,20 +33,6 @@ bool finite(const RecallGeometry& g) {
          g.sigma_distance >= 0.0;
 }
 
-/// Converts a step from the odometry's present unit to the unit of the robot's frame.
-OdometryStep inUnitOf(OdometryStep step, double log_unit) {
-  if (log_unit == 0.0) return step;
-  const double unit = std::exp(log_unit);
-  step.forward *= unit;
-  step.left *= unit;
-  step.up *= unit;
-  if (step.covariance) {
-    const Eigen::Vector4d units(unit, unit, unit, 1.0);
-    step.covariance = units.asDiagonal() * *step.covariance * units.asDiagonal();
-  }
-  return step;
-}
-
 /// Whether a predicted step has a frame of its own: the first ones of a stretch, so that a correction can bend it. A
 /// camera may stay dark all night, so that later only every power of two has.
 bool needsFrame(std::uint64_t bridged_steps) {
@@ -156,7 +142,17 @@ void ExperienceMap::start(Stamp stamp) {
 }
 
 OdometryStep ExperienceMap::inRobotsUnit(const OdometryStep& step) const {
-  OdometryStep carried = inUnitOf(step, robot_.standing.log_unit);
+  OdometryStep carried = step;
+  if (robot_.standing.log_unit != 0.0) {
+    const double unit = std::exp(robot_.standing.log_unit);
+    carried.forward *= unit;
+    carried.left *= unit;
+    carried.up *= unit;
+    if (carried.covariance) {
+      const Eigen::Vector4d units(unit, unit, unit, 1.0);
+      carried.covariance = units.asDiagonal() * *carried.covariance * units.asDiagonal();
+    }
+  }
   if (!params_.exp_height) carried.up = 0.0;
   return carried;
 }

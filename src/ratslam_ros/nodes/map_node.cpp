@@ -1,7 +1,5 @@
 #include "ratslam_ros/nodes/map_node.h"
 
-#include <cmath>
-
 #include "ratslam/system/local_view_stage.h"
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/trajectory_files.h"
@@ -56,11 +54,7 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
   subscribe();
   watch_timer_ =
       handle_.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
-  diagnostics_.add("map", [this](DiagnosticStatus& status) {
-    describeMap(status, stage_.map().graph());
-    status.add("decisions that wait", stage_.waitingDecisions());
-    status.add("decisions refused", reports_.refused());
-  });
+  diagnostics_.add("map", [this](DiagnosticStatus& status) { reports_.describe(status, stage_); });
   rivals_.watchFrame(params_.base_frame);
   diagnostics_timer_ = handle_.createWallTimer(
       ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { diagnostics_.publish(); });
@@ -96,7 +90,7 @@ template <class Message>
 void MapNode::onDecision(const Message& message) {
   decisions_watch_.messageArrived();
   const TopologicalAction action = actionFromMessage(message);
-  checkpoints_.before(action.stamp, [this](State& state) { save(state); });
+  checkpoints_.before(action.stamp, actions().save);
   pose_cells_.heard(action.session);
   commands_.heard({action.session.id, action.stamp});
   if (!stage_.addDecision(action)) reports_.timeWentBack();
@@ -109,8 +103,7 @@ void MapNode::drain(Passing which) {
   for (const DecidedSample& decided : stage_.takeDecided()) odometry_frame_.follow(decided);
   reports_.report(stage_);
   if (which == Passing::kReached && !processed.empty()) silence_.messageArrived();
-  publisher_.publishPoses(stage_.map(), processed, odometry_frame_);
-  publisher_.publishMapIfDue(stage_.map());
+  publisher_.publish(stage_.map(), processed, odometry_frame_);
   goals_.report(stage_.map(), publisher_);
 }
 
@@ -136,7 +129,10 @@ std::string MapNode::behind(const StreamPoint& last, Stamp last_change, bool all
 
 PartActions MapNode::actions() {
   PartActions actions;
-  actions.save = [this](State& state) { save(state); };
+  actions.save = [this](State& state) {
+    stage_.save(state);
+    changes_.save(state);
+  };
   actions.load = [this](const State& state) {
     stage_.load(state);
     stage_.interrupt();
@@ -149,11 +145,6 @@ PartActions MapNode::actions() {
   return actions;
 }
 
-void MapNode::save(State& state) const {
-  stage_.save(state);
-  changes_.save(state);
-}
-
 std::string MapNode::write(const std::string& file) {
   stage_.map().settle();
   const TrajectoryFiles files = writeTrajectories(stage_.map(), file, params_.trajectory_format);
@@ -162,16 +153,11 @@ std::string MapNode::write(const std::string& file) {
 }
 
 void MapNode::finish() {
-  checkpoints_.finish([this](State& state) { save(state); });
+  checkpoints_.finish(actions().save);
   stage_.map().settle();
   publisher_.publishMap(stage_.map());
   if (params_.trajectory_file.empty()) return;
-  const std::string files = write(params_.trajectory_file);
-  if (isEmpty()) {
-    ROS_WARN("nothing was mapped: the trajectories hold no more than the first pose: %s", files.c_str());
-  } else {
-    ROS_INFO("trajectories written: %s", files.c_str());
-  }
+  reportTrajectories(write(params_.trajectory_file), isEmpty());
 }
 
 }  // namespace ratslam

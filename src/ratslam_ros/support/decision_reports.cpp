@@ -20,4 +20,10 @@ void DecisionReports::timeWentBack() {
   time_went_back_.report("time went back in the decisions of the pose cells: their stream starts anew");
 }
 
+void DecisionReports::describe(DiagnosticStatus& status, const MapStage& stage) const {
+  describeMap(status, stage.map().graph());
+  status.add("decisions that wait", stage.waitingDecisions());
+  status.add("decisions refused", refused_.count());
+}
+
 }  // namespace ratslam

@@ -51,8 +51,8 @@ std_msgs::Header MapPublisher::header() const {
   return header;
 }
 
-void MapPublisher::publishPoses(const ExperienceMap& map, const std::vector<Stamp>& processed,
-                                OdometryFrame& odometry) {
+void MapPublisher::publish(const ExperienceMap& map, const std::vector<Stamp>& processed,
+                           OdometryFrame& odometry) {
   const std::vector<StampedPose>& known = map.onlineTrajectory();
   for (const Stamp stamp : processed) {
     newest_ = stamp;
@@ -73,6 +73,7 @@ void MapPublisher::publishPoses(const ExperienceMap& map, const std::vector<Stam
     publishTransform(*at_stamp, odometry);
   }
   if (!processed.empty()) publishCovariance(map, processed.back());
+  publishMapIfDue(map);
 }
 
 void MapPublisher::publishCovariance(const ExperienceMap& map, Stamp stamp) {

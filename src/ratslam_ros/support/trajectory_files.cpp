@@ -1,5 +1,7 @@
 #include "ratslam_ros/support/trajectory_files.h"
 
+#include <ros/console.h>
+
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -72,6 +74,14 @@ void requireTrajectoriesWritable(const std::string& file, const std::string& for
   const TrajectoryFiles files = trajectoryFiles(file, format);
   makeFolderOf(files.online);
   for (const std::string& path : {files.online, files.final, files.map}) requireWritable(path);
+}
+
+void reportTrajectories(const std::string& files, bool empty) {
+  if (empty) {
+    ROS_WARN("nothing was mapped: the trajectories hold no more than the first pose: %s", files.c_str());
+  } else {
+    ROS_INFO("trajectories written: %s", files.c_str());
+  }
 }
 
 }  // namespace ratslam
