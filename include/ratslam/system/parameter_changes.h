@@ -27,14 +27,6 @@ struct ParameterChange {
   std::string name;
   std::string value;
   std::string origin;  ///< file and line
-
-  template <class Fields>
-  void stateFields(Fields&& fields) {
-    fields("after", after);
-    fields("name", name);
-    fields("value", value);
-    fields("origin", origin);
-  }
 };
 
 /// Keys that may change while a part runs.

@@ -17,7 +17,7 @@ class ChangeLog {
   ChangeLog(ros::NodeHandle handle, const std::string& topic);
 
   /// Adds the changes to the state of the map, so that those of a trajectory stay together when the node restarts.
-  void save(State& state) const { state.set(kName, changes_); }
+  void save(State& state) const { state.set(kName, rows()); }
   /// Takes those of a loaded state; none if it holds none.
   void load(const State& state);
 
@@ -26,6 +26,9 @@ class ChangeLog {
   void write(const std::string& file) const;
 
  private:
+  /// Lines after_ns,name,value in order of time.
+  std::string rows() const;
+
   static constexpr const char* kName = "parameter_changes";
 
   std::vector<ParameterChange> changes_;

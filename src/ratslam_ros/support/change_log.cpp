@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 
 #include "ratslam/common/atomic_file.h"
 #include "ratslam_ros/ParameterChange.h"
@@ -16,9 +17,28 @@ ChangeLog::ChangeLog(ros::NodeHandle handle, const std::string& topic)
             changes_.push_back(changeFromMessage(message));
           })) {}
 
+std::string ChangeLog::rows() const {
+  std::vector<ParameterChange> sorted = changes_;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& first, const auto& second) { return first.after < second.after; });
+  std::string rows;
+  for (const ParameterChange& change : sorted) {
+    rows += std::to_string(change.after) + ',' + change.name + ',' + change.value + '\n';
+  }
+  return rows;
+}
+
 void ChangeLog::load(const State& state) {
   changes_.clear();
-  if (state.hasChild(kName)) state.get(kName, changes_);
+  if (state.arrays().count(kName) == 0) return;
+  std::istringstream rows(state.get<std::string>(kName));
+  ParameterChange change;
+  for (std::string after; std::getline(rows, after, ',');) {
+    change.after = std::stoll(after);
+    std::getline(rows, change.name, ',');
+    std::getline(rows, change.value);
+    changes_.push_back(change);
+  }
 }
 
 void ChangeLog::write(const std::string& file) const {
@@ -28,15 +48,8 @@ void ChangeLog::write(const std::string& file) const {
     std::filesystem::remove(path, ignored);
     return;
   }
-  std::vector<ParameterChange> sorted = changes_;
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& first, const auto& second) { return first.after < second.after; });
   AtomicFile out(path);
-  out.stream() << "after_ns,name,value\n";
-  for (const ParameterChange& change : sorted) {
-    out.stream() << change.after << ',' << change.name << ',' << change.value << '\n';
-  }
-  out.close();
+  out.stream() << "after_ns,name,value\n" << rows();
   out.commit();
 }
 
