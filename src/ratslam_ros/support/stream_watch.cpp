@@ -2,6 +2,7 @@
 
 #include <ros/console.h>
 #include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
 
