@@ -75,7 +75,9 @@ TEST(PlaceBelief, KnowsTheOnePlaceThatIsUnlikeThousandsThatAreAlike) {
     ASSERT_TRUE(claim.has_value());
     EXPECT_TRUE(std::isfinite(claim->confidence)) << k;
     EXPECT_TRUE(std::isfinite(belief.unknown())) << k;
-    if (k == 0) EXPECT_EQ(claim->place, 1234U);
+    if (k == 0) {
+      EXPECT_EQ(claim->place, 1234U);
+    }
     step.forward = 0.0;
   }
 }
