@@ -118,7 +118,7 @@ def bad(files, change):
     [
         (lambda lines: lines[:2], "2 poses match"),
         (lambda lines: [], "holds no poses"),
-        (lambda lines: [line.replace(line.split()[1], "nan") for line in lines], "NaN"),
+        (lambda lines: [*lines[:6], lines[6].replace(lines[6].split()[1], "nan"), *lines[7:]], ":7: a NaN or infinite value"),
         (lambda lines: [lines[5]] + lines, "goes back"),
         (lambda lines: [lines[0]] + lines, "repeats"),
         (lambda lines: [line + " 1" for line in lines], "9 columns"),

@@ -192,7 +192,14 @@ def test_truth_by_the_frame_is_seen_from_above_and_names_what_is_none(tmp_path):
     positions, headings = truth.read_plane_poses(str(path))
     np.testing.assert_allclose(positions, [[3.0, -2.0]])
     np.testing.assert_allclose(headings, [np.pi / 2])
-    for text, reason in (("1 2 3\n", "KITTI poses have 12"), ("north\n", "poses.txt:1: not a number"), ("", "no poses")):
+    for text, reason in (
+        ("1 2 3\n", "KITTI poses have 12"),
+        ("north\n", "poses.txt:1: not a number"),
+        ("", "no poses"),
+        ("# truth\n0 0 -1 2 0 1 0 0 1 0 0 3\n0 0 -1 nan 0 1 0 0 1 0 0 3\n", "poses.txt:3: a NaN or infinite value"),
+        ("0 0 -1 2 0 1 0 0 1 0 0 inf\n", "poses.txt:1: a NaN or infinite value"),
+        ("0 0 0 2 0 0 0 0 0 0 0 3\n", "pose 1 holds no rotation matrix"),
+    ):
         path.write_text(text)
         with pytest.raises(InputError, match=reason):
             truth.read_plane_poses(str(path))

@@ -54,11 +54,12 @@ def read_plane_poses(path: str) -> Tuple[np.ndarray, np.ndarray]:
     """Planar truth for each frame from a KITTI file of poses: positions (n, 2), x forward and y to the left [m], and
     headings (n,), counter-clockwise [rad]. @throws InputError naming the file.
     """
-    rows = read_table(path)
-    if rows.shape[1] != 12:
-        raise InputError(f"{path}: {rows.shape[1]} numbers a line; KITTI poses have 12")
-    poses = rows.reshape(-1, 3, 4)
-    return np.stack([poses[:, 2, 3], -poses[:, 0, 3]], axis=1), np.arctan2(-poses[:, 0, 2], poses[:, 2, 2])
+    columns = read_table(path).shape[1]
+    if columns != 12:
+        raise InputError(f"{path}: {columns} numbers a line; KITTI poses have 12")
+    poses = read_trajectory(path, "kitti")
+    positions, turns = poses.positions, poses.rotations
+    return np.stack([positions[:, 2], -positions[:, 0]], axis=1), np.arctan2(-turns[:, 0, 2], turns[:, 2, 2])
 
 
 def _truth_topic(path: str) -> str:
