@@ -70,10 +70,10 @@ def score(answers: Answers, right: np.ndarray, has_right_place: np.ndarray) -> P
     )
 
 
-def by_index(answers: Answers, tolerance: int):
-    """Two passes of one route, image for image: (right, has_right_place)."""
+def by_index(answers: Answers, tolerance: int, learned: int):
+    """Two passes of one route, image for image, the first of `learned` images: (right, has_right_place)."""
     right = (answers.place >= 0) & (np.abs(answers.place - answers.frame) <= tolerance)
-    return right, np.ones(len(right), bool)
+    return right, answers.frame - tolerance < learned
 
 
 def by_truth(answers: Answers, positions: np.ndarray, headings: np.ndarray, radius: float, min_gap: int):
