@@ -9,7 +9,7 @@ import pytest
 
 from conftest import SCRIPTS
 from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
-from ratslam_tools.cli import benchmark, plot_run, plot_scale, report, reproduce_paper
+from ratslam_tools.cli import benchmark, plot_run, report, reproduce_paper
 from ratslam_tools.datasets import truth
 from ratslam_tools.runs import activity_figure, recorded_run, run_figures, run_folder, runner
 from ratslam_tools.trajectory import frames
@@ -116,27 +116,6 @@ def test_plot_run_draws_the_timing_alone_and_says_where_there_is_none(folder, tm
     (folder / "summary.json").unlink()
     with pytest.raises(InputError, match="has no timing"):
         plot_run.main([str(folder), "--timing_only"])
-
-
-def test_local_scale_is_the_ratio_of_lengths_along_the_way():
-    way = np.linspace(0.0, 200.0, 401)
-    true = np.column_stack([way, 0 * way, 0 * way])
-    stretched = true.copy()
-    stretched[way > 100.0, 0] = 100.0 + 1.5 * (way[way > 100.0] - 100.0)
-    middles, ratio = plot_scale.local_scale(true, stretched, window=20.0)
-    np.testing.assert_allclose(ratio[middles < 90.0], 1.0)
-    np.testing.assert_allclose(ratio[middles > 110.0], 1.5)
-    with pytest.raises(InputError, match="60 m are needed"):
-        plot_scale.local_scale(true[:100], stretched[:100])
-
-
-def test_plot_scale_draws_two_runs_over_the_truth(folder, tmp_path, capsys):
-    (folder / "trajectory_odometry.tum").write_bytes((folder / "trajectory_online.tum").read_bytes())
-    picture = tmp_path / "scale.png"
-    known = str(tmp_path / "truth.tum")
-    plot_scale.main([str(folder), str(folder), "--truth", known, "--out", str(picture)])
-    assert picture.read_bytes()[:4] == b"\x89PNG"
-    assert "map with scale" in capsys.readouterr().out
 
 
 def test_folders_that_are_no_run(tmp_path):
