@@ -18,6 +18,15 @@ def require_folder(path: str, hint: str = "") -> None:
         raise InputError(f"{path}: no such folder{hint}")
 
 
+def require_effect(holds: bool, why: str, **options) -> None:
+    """@throws InputError naming the first of the options (None or False: not given) unless they have an effect here."""
+    for name, value in () if holds else options.items():
+        if value is not None and value is not False:
+            shown = f"{value:g}" if isinstance(value, float) else str(value)
+            given = f"--{name}" if value is True else f"--{name}: {shown}"
+            raise InputError(f"{given} has no effect: {why}")
+
+
 def run_main(main_function, argv=None) -> int:
     """Calls `main_function(argv)` and returns the process's exit status (0, or 1 after one clear line)."""
     for stream in (sys.stdout, sys.stderr):

@@ -221,3 +221,24 @@ def test_conversion_needs_stamps_for_tum(files, fails):
 def test_help_has_examples(run, tool):
     result = run(tool, "--help")
     assert result.returncode == 0 and "examples:" in result.stdout
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (("evaluate_ape", "-a", "truth.tum", "est.tum", "--times", "times.txt"), "--times: times.txt has no effect"),
+        (("evaluate_rpe", "truth.tum", "est.tum", "--format", "tum", "--times", "x"), "--times: x has no effect"),
+        (("evaluate_kitti", "--bag", "x.bag", "/a", "/b", "--times", "times.txt"), "--times: times.txt has no effect"),
+        (("evaluate_ape", "--bag", "x.bag", "/a", "/b", "--format", "tum"), "--format: tum has no effect"),
+        (("evaluate_ape", "poses.txt", "poses.txt", "--t_offset", "1"), "--t_offset: 1 has no effect"),
+        (("evaluate_ape", "-a", "truth.tum", "est.tum", "--save_results", "a.png", "--save_plot", "a.png"), "a.png is written as well"),
+        (("trajectory_convert", "truth.tum", "out.txt", "--times", "times.txt"), "--times: times.txt has no effect"),
+        (("trajectory_convert", "truth.tum", "out.txt", "--max_accuracy", "5"), "--max_accuracy: 5 has no effect"),
+        (("trajectory_convert", "x.bag", "out.txt", "--topic", "/a", "--from", "kitti"), "--from: kitti has no effect"),
+        (("trajectory_convert", "poses.txt", "out.txt", "--to", "kitti", "--save_times", "a.txt"), "--save_times: poses.txt has no"),
+    ],
+)
+def test_options_without_effect_are_refused(files, fails, monkeypatch, words, complaint):
+    monkeypatch.chdir(files)
+    assert complaint in fails(*words)
+    assert not (files / "out.txt").exists() and not (files / "a.png").exists()

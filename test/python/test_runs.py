@@ -148,6 +148,16 @@ def test_no_file_of_a_run_or_its_truth_is_overwritten(folder, tmp_path, fails):
     assert "--t_max_diff: -1 is not allowed" in fails("report", run, "--truth", known, "--t_max_diff", "-1")
 
 
+def test_options_about_the_truth_need_one(folder, tmp_path, fails):
+    known, times = tmp_path / "truth.tum", tmp_path / "times.txt"
+    for tool in ("plot_run", "report"):
+        assert f"--times: {times} has no effect: there is no --truth" in fails(tool, folder, "--times", times)
+        assert "--t_max_diff: 0.02 has no effect" in fails(tool, folder, "--t_max_diff", "0.02")
+        assert f"--times: {times} has no effect: {known} has stamps" in fails(tool, folder, "--truth", known, "--times", times)
+    assert "--save_results: no.json has no effect" in fails("plot_run", folder, "--save_results", "no.json")
+    assert not (folder / "run.png").exists() and not (folder / "report.html").exists()
+
+
 @pytest.mark.parametrize("layout", ["beside", "benchmark"])
 def test_truth_finds_its_times(tmp_path, drive, layout):
     known = drive()

@@ -119,6 +119,8 @@ def test_a_changed_configuration_or_truth_is_computed_anew(program, tmp_path, dr
     assert len(calls(program)) == 6
     sweep.main(words + ["--t_max_diff", "0.02"])
     assert len(calls(program)) == 8
+    with pytest.raises(InputError, match="--times: t.txt has no effect: there is no --truth"):
+        sweep.main([*words[:words.index("--truth")], *words[words.index("--truth") + 2 :], "--times", "t.txt"])
     with pytest.raises(InputError, match="--t_max_diff: -1 is not allowed"):
         sweep.main(words + ["--t_max_diff", "-1"])
 

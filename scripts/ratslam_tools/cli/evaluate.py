@@ -87,6 +87,9 @@ def settings_of(arguments) -> comparison.Settings:
     """The comparison settings of parsed options."""
     if not arguments.t_max_diff >= 0:
         raise InputError(f"--t_max_diff: {arguments.t_max_diff} is not allowed: at least 0 s")
+    sources.require_effects(
+        [arguments.reference, *arguments.estimates], arguments.format, arguments.times, arguments.bag
+    )
     if arguments.n_to_align is not None and not (arguments.align or arguments.correct_scale):
         raise InputError(f"--n_to_align: {arguments.n_to_align} poses are to be aligned, but nothing is: add -a, -s or -as")
     for option in ("save_results", "save_plot"):
@@ -95,6 +98,7 @@ def settings_of(arguments) -> comparison.Settings:
             getattr(arguments, option, None),
             [arguments.reference, *arguments.estimates, arguments.bag, arguments.times],
         )
+    text_file.require_other("--save_plot", getattr(arguments, "save_plot", None), [arguments.save_results], "written")
     return comparison.Settings(
         arguments.align,
         arguments.correct_scale,

@@ -5,9 +5,10 @@ import os
 
 from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.datasets import truth
-from ratslam_tools.errors import InputError, finite
+from ratslam_tools.errors import InputError, finite, require_effect
 from ratslam_tools.runs import recorded_run, run_figures
 from ratslam_tools.table import format_table
+from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 
 
 def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -> None:
@@ -24,7 +25,6 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
     parser.add_argument(
         "--t_max_diff",
         type=finite,
-        default=0.01,
         metavar="S",
         help="largest difference of matched stamps (0.01 s)",
     )
@@ -37,10 +37,18 @@ def require_own_output(option: str, path, arguments) -> None:
     text_file.require_other(option, path, [*kept, arguments.folder, arguments.truth, arguments.times])
 
 
-def aligned_run(arguments) -> run_figures.Aligned:
-    """The run of parsed options, aligned with its truth if there is one."""
+def complete_truth_options(arguments) -> None:
+    """@throws InputError for options about a truth that is not given, or out of range."""
+    require_effect(arguments.truth is not None, "there is no --truth", times=arguments.times, t_max_diff=arguments.t_max_diff)
+    if arguments.t_max_diff is None:
+        arguments.t_max_diff = MAX_STAMP_DIFFERENCE_S
     if arguments.t_max_diff < 0.0:
         raise InputError(f"--t_max_diff: {arguments.t_max_diff:g} is not allowed: at least 0 s")
+
+
+def aligned_run(arguments) -> run_figures.Aligned:
+    """The run of parsed options, aligned with its truth if there is one."""
+    complete_truth_options(arguments)
     known = None if arguments.truth is None else truth.read_truth(arguments.truth, arguments.times)
     return run_figures.Aligned(recorded_run.open_run(arguments.folder), known, arguments.t_max_diff)
 
@@ -74,6 +82,7 @@ def main(argv=None) -> None:
     part.add_argument("--timing_only", action="store_true", help="the time of each module alone")
     parser.add_argument("--save_results", metavar="FILE.json", help="write the errors")
     arguments = parser.parse_args(argv)
+    require_effect(arguments.truth is not None, "without --truth there are no errors", save_results=arguments.save_results)
     require_own_output("--save_results", arguments.save_results, arguments)
     aligned = aligned_run(arguments)
     beside = os.path.splitext(arguments.folder)[0] + "_run.png"  # of a bag or the nodes' files

@@ -9,8 +9,8 @@ import numpy as np
 
 from ratslam_tools.datasets import bags, kitti
 from ratslam_tools.trajectory import frames
-from ratslam_tools.errors import InputError
-from ratslam_tools.trajectory import Trajectory, read_table, read_trajectory
+from ratslam_tools.errors import InputError, require_effect
+from ratslam_tools.trajectory import Trajectory, has_stamps, read_table, read_trajectory
 
 TRUTH_TOPIC = "ground_truth"
 
@@ -38,10 +38,12 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
             raise InputError(f"{path}: no poses.txt, and none in ../../poses")
         return read_truth(poses, times or os.path.join(path, "times.txt"))
     if path.endswith(".bag"):
+        require_effect(False, f"{path} has stamps of its own", times=times)
         return frames.to_base(bags.read_trajectory_topic(path, _truth_topic(path)))
     if not os.path.isfile(path):
         raise InputError(f"{path}: no such file")
     is_kitti = read_table(path).shape[1] == 12
+    require_effect(not has_stamps(path), f"{path} has stamps of its own", times=times)
     times = (times or find_times(path)) if is_kitti else None
     if is_kitti and times is None:
         raise InputError(

@@ -135,6 +135,13 @@ def read_table(path: str) -> np.ndarray:
     return np.array(rows)
 
 
+def has_stamps(path: str, form: str = "auto") -> bool:
+    """Whether the poses of a file have stamps of their own: whether its first line is one of a TUM file."""
+    texts = (line.split("#", 1)[0] for _, line in text_file.read_lines(path))
+    first = next((text for text in texts if text.strip()), "")
+    return form == "tum" or (form == "auto" and len(first.replace(",", " ").split()) == COLUMNS["tum"])
+
+
 def _has_decimal_commas(line: str) -> bool:
     """Whether numbers have decimal commas, with blanks, tabs or semicolons between numbers: `0,1 2,5`."""
     words = line.split()
