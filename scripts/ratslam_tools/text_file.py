@@ -8,7 +8,7 @@ import math
 import os
 import stat
 from contextlib import contextmanager
-from typing import Iterable, Iterator, Optional, Tuple
+from typing import Iterable, Iterator, List, Optional, Tuple
 
 from ratslam_tools.errors import InputError
 
@@ -87,6 +87,13 @@ def shown(text: str) -> str:
     """Part of a file's text for a message: one line, not too long, printable characters only."""
     line = "".join(letter if letter.isprintable() else "?" for letter in text.strip())
     return line if len(line) <= 60 else line[:57] + "..."
+
+
+def files_of(path: Optional[str]) -> List[str]:
+    """A path, and if it is a folder the files in it."""
+    if path is None or not os.path.isdir(path):
+        return [path] if path else []
+    return [path, *(os.path.join(path, name) for name in os.listdir(path))]
 
 
 def require_other(option: str, path: Optional[str], others: Iterable[Optional[str]], how: str = "read") -> None:

@@ -348,24 +348,6 @@ def test_files_are_written_whole_or_not_at_all(tmp_path, drive):
         write_tum("/dev/full", drive(3))
 
 
-def test_what_is_read_is_not_overwritten(tmp_path, drive, fails):
-    write_tum(tmp_path / "a.tum", drive(5))
-    (tmp_path / "irat.txt").write_text("[draw]\nvtrans_scale=1\n")
-    os.symlink(tmp_path / "a.tum", tmp_path / "link.tum")
-    track, before = tmp_path / "a.tum", (tmp_path / "a.tum").read_bytes()
-    for words in (
-        ("trajectory_convert", track, tmp_path / "link.tum"),
-        ("trajectory_convert", track, tmp_path / "b.txt", "--to", "kitti", "--save_times", track),
-        ("evaluate_ape", track, track, "--save_results", track),
-        ("evaluate_rpe", track, track, "--save_plot", track),
-        ("evaluate_kitti", track, track, "--save_results", track),
-        ("ini_to_yaml", tmp_path / "irat.txt", tmp_path / "irat.txt"),
-        ("suggest_parameters", tmp_path, "--config", track, "--yaml", track),
-    ):
-        assert "is read as well and would be overwritten" in fails(*words)
-    assert track.read_bytes() == before
-
-
 def test_files_of_gigabytes_are_not_read_whole(tmp_path):
     path = tmp_path / "hole.txt"
     path.write_text("1 2 3\n")

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import List
 
-from ratslam_tools import text_file
+from ratslam_tools import plotting, text_file
 from ratslam_tools.datasets import sources
 from ratslam_tools.evaluation import comparison, metrics
 from ratslam_tools.trajectory import frames
@@ -77,6 +77,7 @@ def add_output_options(parser: argparse.ArgumentParser, with_plot: bool = True) 
     if with_plot:
         group.add_argument(
             "--save_plot",
+            type=plotting.picture_file,
             metavar="FILE",
             help="write error over time and coloured trajectories (.png or .pdf)",
         )

@@ -82,14 +82,9 @@ def _require_sense(arguments):
     chosen = [key for key, value in (("vt_descriptor", arguments.descriptor), ("vt_recall", arguments.recall)) if value]
     runner.require_not_set(chosen, [f"--set={assignment}" for assignment in arguments.set])
     text_file.require_other("--plot", arguments.plot, [arguments.csv], "written")
+    read = [*text_file.files_of(arguments.ref), *text_file.files_of(arguments.query), arguments.config, arguments.truth]
     for option, path in (("--csv", arguments.csv), ("--plot", arguments.plot)):
-        text_file.require_other(option, path, [arguments.ref, arguments.query, arguments.config, arguments.truth])
-    text_file.require_other("--csv", arguments.csv, _files_of(arguments.ref) + _files_of(arguments.query))
-
-
-def _files_of(recording):
-    """The files in a recording's folder."""
-    return [os.path.join(recording, name) for name in os.listdir(recording)] if recording and os.path.isdir(recording) else []
+        text_file.require_other(option, path, read)
 
 
 def _ask(arguments, out):

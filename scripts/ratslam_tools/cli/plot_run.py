@@ -4,9 +4,9 @@ import argparse
 import os
 
 from ratslam_tools import evaluation, plotting, text_file
-from ratslam_tools.datasets import truth
+from ratslam_tools.datasets import kitti, truth
 from ratslam_tools.errors import InputError, finite, require_effect
-from ratslam_tools.runs import recorded_run, run_figures
+from ratslam_tools.runs import recorded_run, run_figures, run_folder
 from ratslam_tools.table import format_table
 from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 
@@ -30,11 +30,13 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
     )
 
 
-def require_own_output(option: str, path, arguments) -> None:
+def require_own_output(option: str, path, run: str, arguments) -> None:
     """@throws InputError if a file to write is one of the run or of its truth. Pages and pictures may be replaced."""
-    left = os.listdir(arguments.folder) if os.path.isdir(arguments.folder) else []
-    kept = [os.path.join(arguments.folder, name) for name in left if name.endswith((".tum", ".csv", ".json", ".yaml", ".npz", ".db"))]
-    text_file.require_other(option, path, [*kept, arguments.folder, arguments.truth, arguments.times])
+    left = [*text_file.files_of(run), *(run + ending for ending in run_folder.NODE_FILES.values())]
+    kept = [name for name in left if name.endswith((".tum", ".csv", ".json", ".yaml", ".npz", ".db"))]
+    known = arguments.truth
+    poses = kitti.poses_file(known) if known and os.path.isdir(known) else None
+    text_file.require_other(option, path, [*kept, run, *text_file.files_of(known), poses, arguments.times])
 
 
 def complete_truth_options(arguments) -> None:
@@ -83,7 +85,9 @@ def main(argv=None) -> None:
     parser.add_argument("--save_results", metavar="FILE.json", help="write the errors")
     arguments = parser.parse_args(argv)
     require_effect(arguments.truth is not None, "without --truth there are no errors", save_results=arguments.save_results)
-    require_own_output("--save_results", arguments.save_results, arguments)
+    for option, path in (("--out", arguments.out), ("--save_results", arguments.save_results)):
+        require_own_output(option, path, arguments.folder, arguments)
+    text_file.require_other("--save_results", arguments.save_results, [arguments.out], "written")
     aligned = aligned_run(arguments)
     beside = os.path.splitext(arguments.folder)[0] + "_run.png"  # of a bag or the nodes' files
     path = arguments.out or (

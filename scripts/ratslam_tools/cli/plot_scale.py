@@ -141,7 +141,6 @@ def main(argv=None) -> None:
         "--out", required=True, type=plotting.picture_file, metavar="FILE", help="picture to write, .png or .pdf"
     )
     arguments = parser.parse_args(argv)
-    text_file.require_other("--out", arguments.out, [arguments.truth, arguments.times])
     require_pair(arguments.without, arguments.with_scale)
     final = "trajectory_final.tum"
     sources = {

@@ -61,6 +61,4 @@ def read_topic(bag: str, topic: str) -> Trajectory:
     """
     from ratslam_tools.datasets import bags  # ROS is needed here only
 
-    if not os.path.isfile(bag):
-        raise InputError(f"{bag}: no such file")
     return bags.read_trajectory_topic(bag, topic)

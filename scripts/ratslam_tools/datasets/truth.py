@@ -40,8 +40,6 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
     if path.endswith(".bag"):
         require_effect(False, f"{path} has stamps of its own", times=times)
         return frames.to_base(bags.read_trajectory_topic(path, _truth_topic(path)))
-    if not os.path.isfile(path):
-        raise InputError(f"{path}: no such file")
     is_kitti = read_table(path).shape[1] == 12
     require_effect(not has_stamps(path), f"{path} has stamps of its own", times=times)
     times = (times or find_times(path)) if is_kitti else None

@@ -231,10 +231,9 @@ class Runner:
                 raise InputError("stopped")
         lines = messages.decode("utf-8", "replace").strip().splitlines()
         if process.returncode != 0:
-            raise InputError(
-                f"{' '.join(words)}: exit status {process.returncode}: "
-                f"{lines[-1] if lines else 'no message'}"
-            )
+            own = [index for index, line in enumerate(lines) if line.startswith(PROGRAM + ": ")]
+            last = " ".join(lines[own[-1] if own else -1 :])  # a name in it may break the line
+            raise InputError(f"{' '.join(words)}: exit status {process.returncode}: {last or 'no message'}")
         return [line[len(PROGRAM) + 2 :] for line in lines if line.startswith(PROGRAM + ": ")]
 
     def stop(self) -> None:
