@@ -33,6 +33,7 @@ def run_main(main_function, argv=None) -> int:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a file's name need not be text of the terminal's encoding
     try:
+        _require_words(sys.argv[1:] if argv is None else argv)
         main_function(argv)
         sys.stdout.flush()
     except InputError as error:
@@ -53,6 +54,18 @@ def run_main(main_function, argv=None) -> int:
         print("error: the memory of this machine does not suffice", file=sys.stderr)
         return 1
     return 0
+
+
+def _require_words(words) -> None:
+    """@throws InputError for an empty argument, which mostly is a variable of the shell that is not set. The option --root
+    may be empty, and what follows `--` is for another program to judge.
+    """
+    own = list(words[: words.index("--")] if "--" in words else words)
+    for before, word in zip(["", *own], own):
+        if word == "" and before != "--root":
+            raise InputError(f"{before}: the word behind it is empty" if before else "the first argument is empty")
+        if word.startswith("--") and word.endswith("=") and word != "--root=":
+            raise InputError(f"{word[:-1]}: its value is empty")
 
 
 def one_line(error) -> str:

@@ -1,7 +1,9 @@
-"""Files that the commands write: none that is read is overwritten, none is left half."""
+"""Files that the commands write: none that is read is overwritten, none is left half, and empty words are refused."""
 
 import os
 import resource
+
+import pytest
 
 from run_fixtures import folder  # noqa: F401  (fixture)
 from ratslam_tools.trajectory import frames, write_kitti, write_tum
@@ -66,3 +68,16 @@ def test_a_figure_is_written_under_the_name_that_is_given_or_not_at_all(tmp_path
     assert done.returncode == 2 and "a picture ends in" in done.stderr and os.listdir(tmp_path) == ["a.tum"]
     done = run("evaluate_ape", track, track, "--save_plot", tmp_path / "nowhere" / "plot.png")
     assert done.returncode == 1 and done.stderr.endswith("the figure cannot be written: No such file or directory\n")
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (("kitti_to_bag", "seq", "x.bag", "--odometry", ""), "error: --odometry: the word behind it is empty\n"),
+        (("reproduce_records", "seq", "--config="), "error: --config: its value is empty\n"),
+        (("report", ""), "error: the first argument is empty\n"),
+        (("trajectory_convert", "a.tum", ""), "error: a.tum: the word behind it is empty\n"),
+    ],
+)
+def test_an_empty_word_is_not_taken_for_an_option_that_is_not_given(fails, words, complaint):
+    assert fails(*words) == complaint
