@@ -75,6 +75,8 @@ def test_two_passes_and_one_with_truth_are_judged(run, town):
         (("town", "--truth", "town/poses.txt", "--csv", "town/poses.txt"), "--csv: town/poses.txt is read as well"),
         (("town", "plain", "--csv", "x.png", "--plot", "x.png"), "--plot: x.png is written as well"),
         (("town", "plain", "--recall", "belief", "--set", "vt_recall=nearest"), "--set: 'vt_recall=nearest' is not allowed"),
+        (("town", "plain", "--csv", "plain/000003.jpg"), "--csv: plain/000003.jpg is read as well"),
+        (("town", "plain", "--plot", "town/image_0/000003.jpg"), "--plot: town/image_0/000003.jpg is read as well"),
         (("town", "plain", "--csv", "town/times.txt"), "--csv: town/times.txt is read as well"),
     ],
 )

@@ -23,6 +23,8 @@ def test_what_is_read_is_not_overwritten(tmp_path, drive, fails):
         ("evaluate_kitti", track, track, "--save_results", track),
         ("ini_to_yaml", tmp_path / "irat.txt", tmp_path / "irat.txt"),
         ("suggest_parameters", tmp_path, "--config", track, "--yaml", track),
+        ("suggest_parameters", tmp_path, "--config", "c.yaml", "--yaml", tmp_path / "irat.txt"),
+        ("trajectory_convert", tmp_path, tmp_path / "irat.txt", "--from", "gps"),
     ):
         assert "is read as well and would be overwritten" in fails(*words)
     assert track.read_bytes() == before

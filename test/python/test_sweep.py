@@ -148,7 +148,7 @@ def test_runs_do_not_lie_in_the_recordings_own_folder(program, tmp_path, more):
     (tmp_path / "link").symlink_to(tmp_path / "drive")
     words = sweep_words(program, tmp_path, "other=1,2")
     words[0] = str(tmp_path / "drive")
-    for own in (tmp_path / "drive", f"{tmp_path}/drive/.", tmp_path / "link"):
+    for own in (tmp_path / "drive", f"{tmp_path}/drive/.", tmp_path / "link", tmp_path / "link" / "image_0"):
         words[words.index("--out") + 1] = str(own)
         with pytest.raises(InputError, match="^--out: '.*' is not allowed: it must be another folder than the recording's own"):
             sweep.main(words + more)

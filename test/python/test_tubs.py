@@ -104,3 +104,12 @@ def test_a_tub_whose_images_are_all_unreadable_is_refused(tmp_path):
     with pytest.raises(InputError, match="none of its 3 images is readable.*0.jpg: .*neither JPEG nor PNG"):
         donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "out")])
     assert not (tmp_path / "out").exists()
+
+
+def test_files_of_another_sequence_are_not_overwritten(tmp_path):
+    tub(tmp_path / "tub")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "odometry.csv").write_text("of a run")
+    with pytest.raises(InputError, match="odometry.csv: not overwritten: it exists already"):
+        donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "out")])
+    assert os.listdir(tmp_path / "out") == ["odometry.csv"] and (tmp_path / "out" / "odometry.csv").read_text() == "of a run"

@@ -20,6 +20,7 @@ from ratslam_tools.datasets import donkey, odometry_file
 from ratslam_tools.datasets.images import measure_image
 from ratslam_tools.errors import InputError, finite
 
+TIMES, CALIBRATION, ODOMETRY = "times.txt", "calib.txt", "odometry.csv"
 FOCAL_PER_WIDTH = 60.0 / 160  # of the car's camera
 
 
@@ -108,6 +109,9 @@ def convert(records: list, folder: str, out: str, arguments) -> Pictures:
     images = os.path.join(out, "image_0")
     if os.path.isdir(images) and os.listdir(images):
         raise InputError(f"{images}: exists and is not empty")
+    written = [os.path.join(out, name) for name in (TIMES, CALIBRATION, ODOMETRY)]
+    for path in filter(os.path.lexists, written):
+        raise InputError(f"{path}: not overwritten: it exists already; give another folder")
     pictures = Pictures(records, folder)
     found = os.path.isdir(out)
     os.makedirs(images, exist_ok=True)
@@ -115,6 +119,8 @@ def convert(records: list, folder: str, out: str, arguments) -> Pictures:
         _write(pictures, records, stamps, out, arguments)
     except BaseException:
         shutil.rmtree(images, ignore_errors=True)  # it was empty, and would block the next attempt
+        for path in filter(os.path.lexists, written):
+            os.unlink(path)
         if not found:
             shutil.rmtree(out, ignore_errors=True)
         raise
@@ -129,10 +135,10 @@ def _write(pictures: Pictures, records: list, stamps, out: str, arguments) -> No
             shutil.copyfile(source, target)
         else:
             os.symlink(source, target)
-    with text_file.writing(os.path.join(out, "times.txt")) as file:
+    with text_file.writing(os.path.join(out, TIMES)) as file:
         file.writelines(f"{stamp:.6f}\n" for stamp in stamps)
     (width, height), focal = pictures.size, focal_length(arguments, pictures)
-    with text_file.writing(os.path.join(out, "calib.txt")) as file:
+    with text_file.writing(os.path.join(out, CALIBRATION)) as file:
         file.write(f"P0: {focal:g} 0 {width / 2:g} 0 0 {focal:g} {height / 2:g} 0 0 0 1 0\n")
     rows = command_odometry(
         stamps,
@@ -140,7 +146,7 @@ def _write(pictures: Pictures, records: list, stamps, out: str, arguments) -> No
         np.array([record.throttle for record in records]),
         arguments,
     )
-    with text_file.writing(os.path.join(out, "odometry.csv")) as file:
+    with text_file.writing(os.path.join(out, ODOMETRY)) as file:
         file.write(",".join(odometry_file.COLUMNS) + "\n")
         file.writelines(
             f"{frame:.0f},{stamp:.6f},{speed:.9g},{rate:.9g}\n" for frame, stamp, speed, rate in rows

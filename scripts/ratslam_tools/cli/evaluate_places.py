@@ -215,6 +215,10 @@ def _report(arguments, answers, poses, learned):
 
 def main(argv=None):
     arguments = _arguments(argv)
+    for option, path in (("--csv", arguments.csv), ("--plot", arguments.plot)):
+        if path and os.path.exists(path):
+            files = [file for each in (arguments.ref, arguments.query) if each for file in _images(each) or ()]
+            text_file.require_other(option, path, files)
     poses = None if arguments.truth is None else _true_poses(arguments.truth, arguments.ref)
     learned, asked = (_count(path) if poses is None else 0 for path in (arguments.ref, arguments.query))
     with tempfile.TemporaryDirectory() as folder:

@@ -13,7 +13,7 @@ import argparse
 import os
 from dataclasses import dataclass
 
-from ratslam_tools import evaluation, plotting
+from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.datasets import flat_yaml, kitti, truth
 from ratslam_tools.evaluation import comparison, error_plots, metrics
 from ratslam_tools.runs import grid, run_folder, runner
@@ -226,7 +226,7 @@ def main(argv=None) -> None:
         plotting.finish(pyplot, figure, os.path.join(arguments.out, f"fig5_{reproduction.name}.png"))
     text = f"{format_table(rows)}\n\n{NOTE}"
     print(text)
-    with open(os.path.join(arguments.out, "table.txt"), "w", encoding="utf-8") as file:
+    with text_file.writing(os.path.join(arguments.out, "table.txt")) as file:
         file.write(text + "\n")
     if not arguments.skip_sweeps:
         for reproduction in reproductions:

@@ -17,7 +17,7 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
-from ratslam_tools import evaluation, plotting
+from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.errors import InputError, one_line
 from ratslam_tools.evaluation import metrics
 from ratslam_tools.progress import Progress
@@ -162,9 +162,8 @@ class Sweep:
             for name in os.listdir(folder):
                 if name not in ("summary.json", RESULT):
                     os.unlink(os.path.join(folder, name))
-        part = os.path.join(folder, RESULT + ".part")
-        evaluation.write_json(part, {**self._origin(words), "settings": point, "figures": figures, "remarks": remarks})
-        os.replace(part, os.path.join(folder, RESULT))
+        record = {**self._origin(words), "settings": point, "figures": figures, "remarks": remarks}
+        evaluation.write_json(os.path.join(folder, RESULT), record)
         return figures
 
     def run(self, jobs: int):
@@ -210,14 +209,12 @@ class Sweep:
 def write_csv(path: str, keys: List[str], points, found) -> None:
     """One row per point: the settings, then every result that some run has."""
     names = sorted({name for figures in found.values() for name in figures})
-    part = path + ".part"
-    with open(part, "w", encoding="utf-8", newline="") as file:
+    with text_file.writing(path, newline="") as file:
         writer = csv.writer(file)
         writer.writerow(keys + names)
         for index in sorted(found):
             row = [points[index][key] for key in keys]
             writer.writerow(row + [found[index].get(name, "") for name in names])
-    os.replace(part, path)
 
 
 class Goal:

@@ -1,4 +1,7 @@
-"""Times that go back in a KITTI sequence: a bag holds one stretch of rising times."""
+"""Writing of bags: times that go back in a KITTI sequence, of which a bag holds one stretch; and full disks."""
+
+import os
+import resource
 
 import numpy as np
 import pytest
@@ -27,3 +30,15 @@ def test_times_without_order_are_not_worth_parting(sequence, tmp_path):
     (sequence / "times.txt").write_text("0\n" * 6)
     with pytest.raises(InputError, match="000001.png: its time .* and the times of a bag rise$"):
         kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag")])
+
+
+@pytest.mark.parametrize("limit", [0, 3000, 20000])
+def test_a_full_disk_is_said_of_the_bag_and_leaves_none(sequence, tmp_path, run, limit):
+    out = tmp_path / "out"
+    out.mkdir()
+    done = run(
+        *("kitti_to_bag", sequence, out / "k.bag"),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    assert done.returncode == 1 and done.stderr.endswith(f"error: {out / 'k.bag'}: cannot be written: File too large\n")
+    assert os.listdir(out) == []
