@@ -42,3 +42,8 @@ def test_a_full_disk_is_said_of_the_bag_and_leaves_none(sequence, tmp_path, run,
     )
     assert done.returncode == 1 and done.stderr.endswith(f"error: {out / 'k.bag'}: cannot be written: File too large\n")
     assert os.listdir(out) == []
+
+
+def test_an_offset_of_no_odometry_is_refused(sequence, tmp_path):
+    with pytest.raises(InputError, match="--odometry_offset: 0.5 has no effect: there is no --odometry"):
+        kitti_to_bag.main([str(sequence), str(tmp_path / "k.bag"), "--odometry_offset", "0.5"])

@@ -230,6 +230,7 @@ def test_help_has_examples(run, tool):
         (("evaluate_rpe", "truth.tum", "est.tum", "--format", "tum", "--times", "x"), "--times: x has no effect"),
         (("evaluate_kitti", "--bag", "x.bag", "/a", "/b", "--times", "times.txt"), "--times: times.txt has no effect"),
         (("evaluate_ape", "--bag", "x.bag", "/a", "/b", "--format", "tum"), "--format: tum has no effect"),
+        (("evaluate_kitti", "truth.tum", "short.tum"), "KITTI's drift needs more than 100 m"),
         (("evaluate_ape", "poses.txt", "poses.txt", "--t_offset", "1"), "--t_offset: 1 has no effect"),
         (("evaluate_ape", "-a", "truth.tum", "est.tum", "--save_results", "a.png", "--save_plot", "a.png"), "a.png is written as well"),
         (("trajectory_convert", "truth.tum", "out.txt", "--times", "times.txt"), "--times: times.txt has no effect"),
@@ -240,5 +241,6 @@ def test_help_has_examples(run, tool):
 )
 def test_options_without_effect_are_refused(files, fails, monkeypatch, words, complaint):
     monkeypatch.chdir(files)
+    (files / "short.tum").write_text("".join((files / "truth.tum").read_text().splitlines(True)[:20]))
     assert complaint in fails(*words)
     assert not (files / "out.txt").exists() and not (files / "a.png").exists()

@@ -52,6 +52,7 @@ def test_two_passes_and_one_with_truth_are_judged(run, town):
     [
         (("town", "plain", "--tolerance", "-1"), "--tolerance: -1 is not allowed: at least 0"),
         (("town", "plain", "--starts", "-3"), "--starts: -3 is not allowed: at least 1"),
+        (("town", "plain", "--starts", "25"), "--starts: 25 is not allowed: plain has 24 images"),
         (("town", "plain", "--starts", "0"), "--starts: 0 is not allowed: at least 1"),
         (("town", "--starts", "3", "--truth", "town/poses.txt"), "--starts: it needs a second pass"),
         (("town", "plain", "--open", "--starts", "3"), "has no effect with --open"),

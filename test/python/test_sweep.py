@@ -1,6 +1,7 @@
 """Sweeps over parameters: their ranges, what they keep and how they end."""
 
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -230,6 +231,10 @@ def test_shards_put_together_are_the_whole_sweep(program, tmp_path, capsys):
     assert capsys.readouterr().out.splitlines()[0] == told.splitlines()[0]
     with pytest.raises(InputError, match="2 of 6 runs failed.*no shard has left it"):
         sweep.main(merged + ["--merge", *parts[:1], *parts[2:]])
+    part = json.loads(next((tmp_path / "part1").rglob("result.json")).read_text())
+    next((tmp_path / "part1").rglob("result.json")).write_text(json.dumps({**part, "judged_by": "another truth"}))
+    with pytest.raises(InputError, match="--merge: .*result.json and .*result.json were judged by different truths"):
+        sweep.main(merged + ["--merge", *parts])
     for bad in ("0/4", "5/4", "1", "a/b"):
         with pytest.raises(InputError, match="K/N"):
             sweep.main(whole + ["--shard", bad])

@@ -255,7 +255,6 @@ def kitti_main(argv=None) -> None:
     settings = settings_of(arguments)
     reference = sources.read_reference(arguments.reference, arguments.format, arguments.times, arguments.bag)
     records = []
-    print(f"KITTI drift, {settings.describe()}")
     rows = [["estimate", "length m", "count", "translation %", "rotation deg/100m", "coverage"]]
     for estimate in sources.read_estimates(
         arguments.estimates, arguments.format, arguments.times, arguments.bag
@@ -283,6 +282,7 @@ def kitti_main(argv=None) -> None:
                     f"{100 * compared.coverage:.1f} %",
                 ]
             )
+    print(f"KITTI drift, {settings.describe()}")
     print(format_table(rows))
     if arguments.save_results:
         write_json(

@@ -221,6 +221,8 @@ def main(argv=None):
             text_file.require_other(option, path, files)
     poses = None if arguments.truth is None else _true_poses(arguments.truth, arguments.ref)
     learned, asked = (_count(path) if poses is None else 0 for path in (arguments.ref, arguments.query))
+    if arguments.starts is not None and arguments.starts > asked:
+        raise InputError(f"--starts: {arguments.starts} is not allowed: {arguments.query} has {asked} images to start at")
     with tempfile.TemporaryDirectory() as folder:
         table = _ask(arguments, arguments.csv or os.path.join(folder, "answers.csv"))
     _tell_lengths(arguments, learned, asked)

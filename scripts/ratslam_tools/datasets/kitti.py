@@ -18,6 +18,7 @@ from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.trajectory import Trajectory, frames, geodesy, geometry, read_times, read_trajectory
 
 
+FOCAL_PX = (0.001, 1e6)  # least and most that a camera has
 SLOW_S = 10.0  # no camera that drives takes so long from image to image
 
 
@@ -101,7 +102,7 @@ def _matrix(path: str, keys, *shape: int) -> np.ndarray:
 def _projection(path: str, camera: int) -> np.ndarray:
     """Projection (3, 4) [px] of a camera, under the benchmark's name or that of the raw drives."""
     matrix = _matrix(path, (f"P{camera}", f"P_rect_{camera:02d}"), 3, 4)
-    if not all(0.001 <= focal <= 1e6 for focal in (matrix[0, 0], matrix[1, 1])):
+    if not all(FOCAL_PX[0] <= focal <= FOCAL_PX[1] for focal in (matrix[0, 0], matrix[1, 1])):
         raise InputError(
             f"{path}: P{camera}: focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px; they must lie within 0.001 to 1e6"
         )
