@@ -66,6 +66,13 @@ class _Tools(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 sys.meta_path.insert(0, _Tools())
 
 
+def __getattr__(name: str):
+    """ratslam.tools, loaded when it is first asked for."""
+    if name == "tools":
+        return importlib.import_module(_Tools.PREFIX)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+
+
 def read_run(folder: str):
     """Results of `ratslam_run --out folder`: trajectories, map, templates, actions, summary, pose cells.
 

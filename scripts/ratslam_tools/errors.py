@@ -18,12 +18,22 @@ def require_folder(path: str, hint: str = "") -> None:
         raise InputError(f"{path}: no such folder{hint}")
 
 
+def require_effect(holds: bool, why: str, **options) -> None:
+    """@throws InputError naming the first of the options (None or False: not given) unless they have an effect here."""
+    for name, value in () if holds else options.items():
+        if value is not None and value is not False:
+            shown = f"{value:g}" if isinstance(value, float) else str(value)
+            given = f"--{name}" if value is True else f"--{name}: {shown}"
+            raise InputError(f"{given} has no effect: {why}")
+
+
 def run_main(main_function, argv=None) -> int:
     """Calls `main_function(argv)` and returns the process's exit status (0, or 1 after one clear line)."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a file's name need not be text of the terminal's encoding
     try:
+        _require_words(sys.argv[1:] if argv is None else argv)
         main_function(argv)
         sys.stdout.flush()
     except InputError as error:
@@ -44,6 +54,18 @@ def run_main(main_function, argv=None) -> int:
         print("error: the memory of this machine does not suffice", file=sys.stderr)
         return 1
     return 0
+
+
+def _require_words(words) -> None:
+    """@throws InputError for an empty argument, which mostly is a variable of the shell that is not set. The option --root
+    may be empty, and what follows `--` is for another program to judge.
+    """
+    own = list(words[: words.index("--")] if "--" in words else words)
+    for before, word in zip(["", *own], own):
+        if word == "" and before != "--root":
+            raise InputError(f"{before}: the word behind it is empty" if before else "the first argument is empty")
+        if word.startswith("--") and word.endswith("=") and word != "--root=":
+            raise InputError(f"{word[:-1]}: its value is empty")
 
 
 def one_line(error) -> str:

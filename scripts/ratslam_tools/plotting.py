@@ -67,10 +67,17 @@ def picture_file(path: str) -> str:
 def finish(pyplot, figure, path=None, show: bool = False, dpi: int = 130) -> None:
     """Saves and/or shows a figure and closes it. @throws InputError if the file cannot be written."""
     if path:
+        whole = os.path.realpath(path)
+        part = whole + ".part"  # it gets its name when it is complete
         try:
-            figure.savefig(path, dpi=dpi)
+            with open(part, "wb") as file:
+                figure.savefig(file, dpi=dpi, format=os.path.splitext(path)[1][1:].lower())
+            os.replace(part, whole)
         except (OSError, ValueError) as error:
-            raise InputError(f"{path}: the figure cannot be written: {one_line(error)}") from None
+            if os.path.isfile(part):
+                os.unlink(part)
+            reason = getattr(error, "strerror", None) or one_line(error)
+            raise InputError(f"{path}: the figure cannot be written: {reason}") from None
     if show:
         pyplot.show()
     pyplot.close(figure)

@@ -8,7 +8,7 @@ import math
 import os
 import stat
 from contextlib import contextmanager
-from typing import Iterable, Iterator, Optional, Tuple
+from typing import Iterable, Iterator, List, Optional, Tuple
 
 from ratslam_tools.errors import InputError
 
@@ -84,12 +84,19 @@ def shown(text: str) -> str:
     return line if len(line) <= 60 else line[:57] + "..."
 
 
-def require_other(option: str, path: Optional[str], inputs: Iterable[Optional[str]]) -> None:
-    """@throws InputError naming the option if the file to write is one of the files that are read, or lies elsewhere
-    under the same name (a link)."""
-    for given in inputs:
+def files_of(path: Optional[str]) -> List[str]:
+    """A path, and if it is a folder the files in it."""
+    if path is None or not os.path.isdir(path):
+        return [path] if path else []
+    return [path, *(os.path.join(path, name) for name in os.listdir(path))]
+
+
+def require_other(option: str, path: Optional[str], others: Iterable[Optional[str]], how: str = "read") -> None:
+    """@throws InputError naming the option if the file to write is one of those that are read (or `how` written), or lies
+    elsewhere under the same name (a link)."""
+    for given in others:
         if path and given and os.path.realpath(path) == os.path.realpath(given):
-            raise InputError(f"{option}: {path} is read as well and would be overwritten; give another name")
+            raise InputError(f"{option}: {path} is {how} as well and would be overwritten; give another name")
 
 
 @contextmanager

@@ -134,7 +134,7 @@ def judged(options, answers, first_asked):
         return places.score(answers, *places.by_truth(answers, *truth, options.radius, options.min_gap))
     asked = answers.frame >= first_asked
     answers = places.Answers(answers.frame[asked] - first_asked, answers.place[asked], answers.score[asked], answers.claimed[asked])
-    return places.score(answers, *places.by_index(answers, options.tolerance))
+    return places.score(answers, *places.by_index(answers, options.tolerance, first_asked))
 
 
 if __name__ == "__main__":

@@ -90,7 +90,7 @@ def read_pair(folder):
 
 
 def read_drive(folder):
-    drive = kitti.read_drive(folder)
+    drive = kitti.read_drive(folder).select(0, None)
     if drive.truth is not None:
         for _ in bags.ground_truth_messages(drive.truth, drive.truth_stamps_ns):
             pass

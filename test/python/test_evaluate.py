@@ -118,7 +118,7 @@ def bad(files, change):
     [
         (lambda lines: lines[:2], "2 poses match"),
         (lambda lines: [], "holds no poses"),
-        (lambda lines: [line.replace(line.split()[1], "nan") for line in lines], "NaN"),
+        (lambda lines: [*lines[:6], lines[6].replace(lines[6].split()[1], "nan"), *lines[7:]], ":7: a NaN or infinite value"),
         (lambda lines: [lines[5]] + lines, "goes back"),
         (lambda lines: [lines[0]] + lines, "repeats"),
         (lambda lines: [line + " 1" for line in lines], "9 columns"),
@@ -221,3 +221,26 @@ def test_conversion_needs_stamps_for_tum(files, fails):
 def test_help_has_examples(run, tool):
     result = run(tool, "--help")
     assert result.returncode == 0 and "examples:" in result.stdout
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (("evaluate_ape", "-a", "truth.tum", "est.tum", "--times", "times.txt"), "--times: times.txt has no effect"),
+        (("evaluate_rpe", "truth.tum", "est.tum", "--format", "tum", "--times", "x"), "--times: x has no effect"),
+        (("evaluate_kitti", "--bag", "x.bag", "/a", "/b", "--times", "times.txt"), "--times: times.txt has no effect"),
+        (("evaluate_ape", "--bag", "x.bag", "/a", "/b", "--format", "tum"), "--format: tum has no effect"),
+        (("evaluate_kitti", "truth.tum", "short.tum"), "KITTI's drift needs more than 100 m"),
+        (("evaluate_ape", "poses.txt", "poses.txt", "--t_offset", "1"), "--t_offset: 1 has no effect"),
+        (("evaluate_ape", "-a", "truth.tum", "est.tum", "--save_results", "a.png", "--save_plot", "a.png"), "a.png is written as well"),
+        (("trajectory_convert", "truth.tum", "out.txt", "--times", "times.txt"), "--times: times.txt has no effect"),
+        (("trajectory_convert", "truth.tum", "out.txt", "--max_accuracy", "5"), "--max_accuracy: 5 has no effect"),
+        (("trajectory_convert", "x.bag", "out.txt", "--topic", "/a", "--from", "kitti"), "--from: kitti has no effect"),
+        (("trajectory_convert", "poses.txt", "out.txt", "--to", "kitti", "--save_times", "a.txt"), "--save_times: poses.txt has no"),
+    ],
+)
+def test_options_without_effect_are_refused(files, fails, monkeypatch, words, complaint):
+    monkeypatch.chdir(files)
+    (files / "short.tum").write_text("".join((files / "truth.tum").read_text().splitlines(True)[:20]))
+    assert complaint in fails(*words)
+    assert not (files / "out.txt").exists() and not (files / "a.png").exists()

@@ -40,7 +40,7 @@ def test_two_passes_and_one_with_truth_are_judged(run, town):
     done = call(run, town, "town", "plain", "--plot", "curve.png", "--csv", "answers.csv")
     assert done.returncode == 0 and f"questions with a right place: {FRAMES} of {FRAMES}\n" in done.stdout, done.stderr
     assert (town / "curve.png").exists() and len((town / "answers.csv").read_text().splitlines()) == FRAMES + 1
-    for words in (("--min-gap", "10"), ("--min-gap", "10", "--open")):
+    for words in (("--min-gap", "2", "--radius", "4"), ("--min-gap", "10", "--open")):
         done = call(run, town, "town", "--truth", "town/poses.txt", *words)
         assert done.returncode == 0, done.stderr
     done = call(run, town, "town", "plain", "--starts", "2")
@@ -52,6 +52,7 @@ def test_two_passes_and_one_with_truth_are_judged(run, town):
     [
         (("town", "plain", "--tolerance", "-1"), "--tolerance: -1 is not allowed: at least 0"),
         (("town", "plain", "--starts", "-3"), "--starts: -3 is not allowed: at least 1"),
+        (("town", "plain", "--starts", "25"), "--starts: 25 is not allowed: plain has 24 images"),
         (("town", "plain", "--starts", "0"), "--starts: 0 is not allowed: at least 1"),
         (("town", "--starts", "3", "--truth", "town/poses.txt"), "--starts: it needs a second pass"),
         (("town", "plain", "--open", "--starts", "3"), "has no effect with --open"),
@@ -62,19 +63,92 @@ def test_two_passes_and_one_with_truth_are_judged(run, town):
         (("town", "plain", "--truth", "town/poses.txt"), "--truth: town/poses.txt has no effect"),
         (("town", "--truth", "nothing.txt"), "nothing.txt: cannot be read"),
         (("town", "--truth", "town/times.txt"), "KITTI poses have 12"),
-        (("town", "--truth", "short.txt", "--min-gap", "10"), "short.txt: 10 poses; town has at least 24 images"),
+        (("town", "--truth", "short.txt", "--min-gap", "10"), "short.txt: 10 poses for 24 images"),
+        (("town.bag", "--truth", "long.txt"), "long.txt: 25 poses for 24 images of town.bag: which pose is whose is not clear"),
+        (("town", "--truth", "nan.txt"), "nan.txt:2: a NaN or infinite value"),
+        (("town", "plain", "--min-gap", "5"), "--min-gap: 5 has no effect"),
+        (("town", "plain", "--starts", "5", "--min-gap", "5"), "--min-gap: 5 has no effect"),
+        (("town", "plain", "--radius", "5"), "--radius: 5 has no effect"),
+        (("town", "plain", "--radius", "5", "--open"), "--radius: 5 has no effect"),
+        (("town", "--truth", "town/poses.txt", "--tolerance", "3"), "--tolerance: 3 has no effect"),
+        (("town", "--truth", "town/poses.txt", "--open", "--tolerance", "1"), "--tolerance: 1 has no effect"),
         (("town", "plain", "--plot", "x.png", "--open"), "--plot: with --open and --starts there is no curve"),
         (("town", "--truth", "town/poses.txt", "--csv", "town/poses.txt"), "--csv: town/poses.txt is read as well"),
+        (("town", "plain", "--csv", "x.png", "--plot", "x.png"), "--plot: x.png is written as well"),
+        (("town", "plain", "--recall", "belief", "--set", "vt_recall=nearest"), "--set: 'vt_recall=nearest' is not allowed"),
+        (("town", "plain", "--csv", "plain/000003.jpg"), "--csv: plain/000003.jpg is read as well"),
+        (("town", "plain", "--plot", "town/image_0/000003.jpg"), "--plot: town/image_0/000003.jpg is read as well"),
         (("town", "plain", "--csv", "town/times.txt"), "--csv: town/times.txt is read as well"),
     ],
 )
 def test_what_makes_no_sense_is_refused_before_anything_runs(run, town, words, complaint):
     poses = (town / "town" / "poses.txt").read_text()
-    (town / "short.txt").write_text("".join(poses.splitlines(True)[:10]))
+    lines = poses.splitlines(True)
+    (town / "short.txt").write_text("".join(lines[:10]))
+    (town / "long.txt").write_text("".join([*lines, lines[-1]]))
+    (town / "nan.txt").write_text("".join([lines[0], " ".join(["nan", *lines[1].split()[1:]]) + "\n", *lines[2:]]))
     times = (town / "town" / "times.txt").read_text()
     done = call(run, town, *words)
     assert done.returncode == 1 and complaint in done.stderr and done.stderr.count("\n") == 1, done.stdout + done.stderr
     assert (town / "town" / "poses.txt").read_text() == poses and (town / "town" / "times.txt").read_text() == times
+
+
+def copy_of(folder, source, keep):
+    """A pass with those of the images whose number in order `keep` accepts."""
+    folder.mkdir()
+    for number, name in enumerate(sorted(os.listdir(source))):
+        if keep(number):
+            shutil.copy(source / name, folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "words, asked",
+    [((), "questions with a right place: 11 of 24"), (("--tolerance", "3"), "questions with a right place: 13 of 24")]
+    + [(("--open", "--min-gap", "1"), "frames that revisit a place: 11\n")],
+)
+def test_images_beyond_the_first_pass_have_no_right_place(run, town, tmp_path, words, asked):
+    short = copy_of(tmp_path / "short", town / "plain", lambda number: number < 10)
+    done = call(run, town, short, "plain", *words)
+    assert done.returncode == 0 and asked in done.stdout, done.stdout + done.stderr
+    assert f"{short} has 10 images and plain 24" in done.stderr and done.stderr.count("\n") == 1
+    done = call(run, town, "plain", short)
+    assert "questions with a right place: 10 of 10" in done.stdout and "plain has 24 images" in done.stderr
+
+
+def test_starts_that_claim_nothing_are_a_result(run, town, tmp_path):
+    one = copy_of(tmp_path / "one", town / "plain", lambda number: number == 0)
+    done = call(run, town, one, "plain", "--starts", "2")
+    assert done.returncode == 0 and "starts: 2, places claimed: 0" in done.stdout, done.stdout + done.stderr
+    assert "nan" not in done.stdout and "Warning" not in done.stderr
+
+
+def test_without_any_right_place_there_are_no_figures(run, town):
+    done = call(run, town, "town", "--truth", "town/poses.txt", "--min-gap", "23", "--radius", "0.01")
+    assert done.returncode == 1 and "none of its 24 images has a right place" in done.stderr, done.stderr
+    assert "right at rank 1:              -\n" in done.stdout and "0.0 %" not in done.stdout
+    done = call(run, town, "town", "--truth", "town/poses.txt", "--min-gap", "23", "--radius", "0.01", "--open")
+    assert done.returncode == 0 and "frames that revisit a place: 0\n" in done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("whole_times", [True, False])
+def test_an_image_has_the_pose_of_its_number_where_images_are_missing(run, town, tmp_path, whole_times):
+    gone = {5, 6, 11}
+    shutil.copytree(town / "town", tmp_path / "town")
+    images = sorted((tmp_path / "town" / "image_0").iterdir())
+    for number in gone:
+        images[number].unlink()
+    kept = [number for number in range(FRAMES) if number not in gone]
+    times, poses = (tmp_path / "town" / name for name in ("times.txt", "poses.txt"))
+    if not whole_times:
+        times.write_text("".join(times.read_text().splitlines(True)[number] for number in kept))
+    words = ("--min-gap", "3", "--radius", "2.5")
+    by_number = call(run, town, tmp_path / "town", "--truth", poses, *words)
+    assert by_number.returncode == 0, by_number.stderr
+    assert f"{poses}: 24 poses for 21 images: each image takes the pose of the number in its name" in by_number.stderr
+    poses.write_text("".join(poses.read_text().splitlines(True)[number] for number in kept))
+    in_order = call(run, town, tmp_path / "town", "--truth", poses, *words)
+    assert in_order.stdout == by_number.stdout
 
 
 def test_pictures_have_an_ending_of_pictures(run, town):
@@ -131,6 +205,7 @@ def test_a_pass_without_a_usable_image_is_refused(run, town, tmp_path):
     (tmp_path / "a.png").write_bytes(b"nothing")
     done = call(run, town, tmp_path, "plain")
     assert done.returncode == 1 and "no image was used" in done.stderr and "a.png" in done.stderr
+    assert done.stderr.count("\n") == 1
 
 
 def test_sixteen_bits_of_which_few_are_used_are_seen_as_eight_are(run, town, tmp_path):

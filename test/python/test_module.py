@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import subprocess
 import sys
 
 import numpy as np
@@ -239,3 +240,16 @@ def test_tools_are_the_tools_themselves():
         importlib.import_module("ratslam.tools.nothing")
     with pytest.raises(ratslam.tools.errors.InputError, match="no such folder"):
         ratslam.read_run("/nowhere")
+
+
+def test_tools_are_loaded_when_they_are_asked_for():
+    code = (
+        "import sys, ratslam; assert 'ratslam_tools' not in sys.modules; "
+        "assert ratslam.tools.trajectory.read_trajectory and ratslam.tools.evaluation.evaluate_ape; "
+        "assert ratslam.tools.datasets and ratslam.tools.runs; "
+        "from ratslam.tools.runs import run_folder; assert run_folder is sys.modules['ratslam_tools.runs.run_folder']; "
+        "assert not hasattr(ratslam, 'nothing') and not hasattr(ratslam.tools, 'nothing')"
+    )
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, sys.path)))
+    done = subprocess.run([sys.executable, "-c", code], env=environment, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 0, done.stderr

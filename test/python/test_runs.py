@@ -9,7 +9,7 @@ import pytest
 
 from conftest import SCRIPTS
 from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
-from ratslam_tools.cli import benchmark, plot_run, plot_scale, report, reproduce_paper
+from ratslam_tools.cli import benchmark, plot_run, report, reproduce_paper
 from ratslam_tools.datasets import truth
 from ratslam_tools.runs import activity_figure, recorded_run, run_figures, run_folder, runner
 from ratslam_tools.trajectory import frames
@@ -118,27 +118,6 @@ def test_plot_run_draws_the_timing_alone_and_says_where_there_is_none(folder, tm
         plot_run.main([str(folder), "--timing_only"])
 
 
-def test_local_scale_is_the_ratio_of_lengths_along_the_way():
-    way = np.linspace(0.0, 200.0, 401)
-    true = np.column_stack([way, 0 * way, 0 * way])
-    stretched = true.copy()
-    stretched[way > 100.0, 0] = 100.0 + 1.5 * (way[way > 100.0] - 100.0)
-    middles, ratio = plot_scale.local_scale(true, stretched, window=20.0)
-    np.testing.assert_allclose(ratio[middles < 90.0], 1.0)
-    np.testing.assert_allclose(ratio[middles > 110.0], 1.5)
-    with pytest.raises(InputError, match="60 m are needed"):
-        plot_scale.local_scale(true[:100], stretched[:100])
-
-
-def test_plot_scale_draws_two_runs_over_the_truth(folder, tmp_path, capsys):
-    (folder / "trajectory_odometry.tum").write_bytes((folder / "trajectory_online.tum").read_bytes())
-    picture = tmp_path / "scale.png"
-    known = str(tmp_path / "truth.tum")
-    plot_scale.main([str(folder), str(folder), "--truth", known, "--out", str(picture)])
-    assert picture.read_bytes()[:4] == b"\x89PNG"
-    assert "map with scale" in capsys.readouterr().out
-
-
 def test_folders_that_are_no_run(tmp_path):
     with pytest.raises(InputError, match="no trajectory_final.tum"):
         plot_run.main([str(tmp_path)])
@@ -169,6 +148,16 @@ def test_no_file_of_a_run_or_its_truth_is_overwritten(folder, tmp_path, fails):
     assert "--t_max_diff: -1 is not allowed" in fails("report", run, "--truth", known, "--t_max_diff", "-1")
 
 
+def test_options_about_the_truth_need_one(folder, tmp_path, fails):
+    known, times = tmp_path / "truth.tum", tmp_path / "times.txt"
+    for tool in ("plot_run", "report"):
+        assert f"--times: {times} has no effect: there is no --truth" in fails(tool, folder, "--times", times)
+        assert "--t_max_diff: 0.02 has no effect" in fails(tool, folder, "--t_max_diff", "0.02")
+        assert f"--times: {times} has no effect: {known} has stamps" in fails(tool, folder, "--truth", known, "--times", times)
+    assert "--save_results: no.json has no effect" in fails("plot_run", folder, "--save_results", "no.json")
+    assert not (folder / "run.png").exists() and not (folder / "report.html").exists()
+
+
 @pytest.mark.parametrize("layout", ["beside", "benchmark"])
 def test_truth_finds_its_times(tmp_path, drive, layout):
     known = drive()
@@ -192,7 +181,14 @@ def test_truth_by_the_frame_is_seen_from_above_and_names_what_is_none(tmp_path):
     positions, headings = truth.read_plane_poses(str(path))
     np.testing.assert_allclose(positions, [[3.0, -2.0]])
     np.testing.assert_allclose(headings, [np.pi / 2])
-    for text, reason in (("1 2 3\n", "KITTI poses have 12"), ("north\n", "poses.txt:1: not a number"), ("", "no poses")):
+    for text, reason in (
+        ("1 2 3\n", "KITTI poses have 12"),
+        ("north\n", "poses.txt:1: not a number"),
+        ("", "no poses"),
+        ("# truth\n0 0 -1 2 0 1 0 0 1 0 0 3\n0 0 -1 nan 0 1 0 0 1 0 0 3\n", "poses.txt:3: a NaN or infinite value"),
+        ("0 0 -1 2 0 1 0 0 1 0 0 inf\n", "poses.txt:1: a NaN or infinite value"),
+        ("0 0 0 2 0 0 0 0 0 0 0 3\n", "pose 1 holds no rotation matrix"),
+    ):
         path.write_text(text)
         with pytest.raises(InputError, match=reason):
             truth.read_plane_poses(str(path))

@@ -92,6 +92,22 @@ def test_trials_and_records_do_not_lie_in_the_recordings_own_folder(tmp_path):
     assert not os.listdir(tmp_path)
 
 
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (["--skip_sweeps", "--inject_energy", "1,2"], "--inject_energy: 1,2 has no effect"),
+        (["--skip_sweeps", "--sweep_systems", "orb"], "--sweep_systems: .* has no effect"),
+        (["--skip_sweeps", "--jobs", "2"], "--jobs: 2 has no effect"),
+        (["--jobs", "0"], "--jobs: 0 is not allowed: at least 1"),
+        (["--inject_energy", "1,x"], "--inject_energy: 'x' is not a number"),
+        (["--cell_size", "1,1"], "--cell_size: '1,1' is not allowed: distinct values"),
+    ],
+)
+def test_sweeps_of_the_paper_are_judged_before_anything_runs(tmp_path, words, complaint):
+    with pytest.raises(InputError, match="^" + complaint):
+        reproduce_paper.main([str(tmp_path), "--out", str(tmp_path / "out"), *words])
+
+
 def test_images_are_turned_as_a_run_turns_them():
     image = np.arange(6).reshape(2, 3)
     assert (suggestion.turn([image], "90")[0] == [[3, 0], [4, 1], [5, 2]]).all()

@@ -1,6 +1,7 @@
 """Sweeps over parameters: their ranges, what they keep and how they end."""
 
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -119,6 +120,8 @@ def test_a_changed_configuration_or_truth_is_computed_anew(program, tmp_path, dr
     assert len(calls(program)) == 6
     sweep.main(words + ["--t_max_diff", "0.02"])
     assert len(calls(program)) == 8
+    with pytest.raises(InputError, match="--times: t.txt has no effect: there is no --truth"):
+        sweep.main([*words[:words.index("--truth")], *words[words.index("--truth") + 2 :], "--times", "t.txt"])
     with pytest.raises(InputError, match="--t_max_diff: -1 is not allowed"):
         sweep.main(words + ["--t_max_diff", "-1"])
 
@@ -146,7 +149,7 @@ def test_runs_do_not_lie_in_the_recordings_own_folder(program, tmp_path, more):
     (tmp_path / "link").symlink_to(tmp_path / "drive")
     words = sweep_words(program, tmp_path, "other=1,2")
     words[0] = str(tmp_path / "drive")
-    for own in (tmp_path / "drive", f"{tmp_path}/drive/.", tmp_path / "link"):
+    for own in (tmp_path / "drive", f"{tmp_path}/drive/.", tmp_path / "link", tmp_path / "link" / "image_0"):
         words[words.index("--out") + 1] = str(own)
         with pytest.raises(InputError, match="^--out: '.*' is not allowed: it must be another folder than the recording's own"):
             sweep.main(words + more)
@@ -228,6 +231,10 @@ def test_shards_put_together_are_the_whole_sweep(program, tmp_path, capsys):
     assert capsys.readouterr().out.splitlines()[0] == told.splitlines()[0]
     with pytest.raises(InputError, match="2 of 6 runs failed.*no shard has left it"):
         sweep.main(merged + ["--merge", *parts[:1], *parts[2:]])
+    part = json.loads(next((tmp_path / "part1").rglob("result.json")).read_text())
+    next((tmp_path / "part1").rglob("result.json")).write_text(json.dumps({**part, "judged_by": "another truth"}))
+    with pytest.raises(InputError, match="--merge: .*result.json and .*result.json were judged by different truths"):
+        sweep.main(merged + ["--merge", *parts])
     for bad in ("0/4", "5/4", "1", "a/b"):
         with pytest.raises(InputError, match="K/N"):
             sweep.main(whole + ["--shard", bad])

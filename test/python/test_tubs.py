@@ -104,3 +104,28 @@ def test_a_tub_whose_images_are_all_unreadable_is_refused(tmp_path):
     with pytest.raises(InputError, match="none of its 3 images is readable.*0.jpg: .*neither JPEG nor PNG"):
         donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "out")])
     assert not (tmp_path / "out").exists()
+
+
+def test_files_of_another_sequence_are_not_overwritten(tmp_path):
+    tub(tmp_path / "tub")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "odometry.csv").write_text("of a run")
+    with pytest.raises(InputError, match="odometry.csv: not overwritten: it exists already"):
+        donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "out")])
+    assert os.listdir(tmp_path / "out") == ["odometry.csv"] and (tmp_path / "out" / "odometry.csv").read_text() == "of a run"
+
+
+@pytest.mark.parametrize(
+    "option, value, words",
+    [
+        ("--max_steering_deg", "90", "--max_steering_deg: 90 is not allowed: below 90"),
+        ("--focal_px", "1e300", "--focal_px: 1e.300 is not allowed: 0.001 to 1e.06"),
+        ("--speed_per_throttle", "1e300", "at record 1 the options make .* m/s and .* rad/s of its commands"),
+        ("--wheelbase", "1e-300", "at record 1 the options make"),
+    ],
+)
+def test_odometry_that_no_car_has_is_not_written(tmp_path, option, value, words):
+    tub(tmp_path / "tub", 5)
+    with pytest.raises(InputError, match=words):
+        donkey_to_kitti.main([str(tmp_path / "tub"), str(tmp_path / "out"), option, value])
+    assert not (tmp_path / "out").exists()

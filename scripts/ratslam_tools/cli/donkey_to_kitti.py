@@ -18,8 +18,10 @@ import numpy as np
 from ratslam_tools import text_file
 from ratslam_tools.datasets import donkey, odometry_file
 from ratslam_tools.datasets.images import measure_image
+from ratslam_tools.datasets.kitti import FOCAL_PX
 from ratslam_tools.errors import InputError, finite
 
+TIMES, CALIBRATION, ODOMETRY = "times.txt", "calib.txt", "odometry.csv"
 FOCAL_PER_WIDTH = 60.0 / 160  # of the car's camera
 
 
@@ -109,20 +111,41 @@ def convert(records: list, folder: str, out: str, arguments) -> Pictures:
     images = os.path.join(out, "image_0")
     if os.path.isdir(images) and os.listdir(images):
         raise InputError(f"{images}: exists and is not empty")
+    written = [os.path.join(out, name) for name in (TIMES, CALIBRATION, ODOMETRY)]
+    for path in filter(os.path.lexists, written):
+        raise InputError(f"{path}: not overwritten: it exists already; give another folder")
     pictures = Pictures(records, folder)
+    rows = _motion(records, stamps, folder, arguments)
     found = os.path.isdir(out)
     os.makedirs(images, exist_ok=True)
     try:
-        _write(pictures, records, stamps, out, arguments)
+        _write(pictures, rows, out, arguments)
     except BaseException:
-        shutil.rmtree(images, ignore_errors=True)  # convert refuses a folder of images that is not empty
+        shutil.rmtree(images, ignore_errors=True)  # it was empty, and would block the next attempt
+        for path in filter(os.path.lexists, written):
+            os.unlink(path)
         if not found:
             shutil.rmtree(out, ignore_errors=True)
         raise
     return pictures
 
 
-def _write(pictures: Pictures, records: list, stamps, out: str, arguments) -> None:
+def _motion(records: list, stamps, folder: str, arguments) -> np.ndarray:
+    """The odometry of records. @throws InputError if the options make it one that no car has"""
+    angles, throttles = (np.array([getattr(record, name) for record in records]) for name in ("angle", "throttle"))
+    with np.errstate(all="ignore"):
+        rows = command_odometry(stamps, angles, throttles, arguments)
+    wrong = np.flatnonzero(~(np.abs(rows[:, 2:]) <= odometry_file.FASTEST).all(axis=1))
+    if len(wrong):
+        _, _, speed, rate = rows[wrong[0]]
+        raise InputError(
+            f"{folder}: at record {records[wrong[0]].index} the options make {speed:g} m/s and {rate:g} rad/s of its commands; "
+            f"at most {odometry_file.FASTEST:g} can be"
+        )
+    return rows
+
+
+def _write(pictures: Pictures, rows: np.ndarray, out: str, arguments) -> None:
     images = os.path.join(out, "image_0")
     for frame, source in enumerate(pictures.files):
         target = os.path.join(images, f"{frame:06d}{os.path.splitext(source)[1]}")
@@ -130,18 +153,12 @@ def _write(pictures: Pictures, records: list, stamps, out: str, arguments) -> No
             shutil.copyfile(source, target)
         else:
             os.symlink(source, target)
-    with text_file.writing(os.path.join(out, "times.txt")) as file:
-        file.writelines(f"{stamp:.6f}\n" for stamp in stamps)
+    with text_file.writing(os.path.join(out, TIMES)) as file:
+        file.writelines(f"{stamp:.6f}\n" for stamp in rows[:, 1])
     (width, height), focal = pictures.size, focal_length(arguments, pictures)
-    with text_file.writing(os.path.join(out, "calib.txt")) as file:
+    with text_file.writing(os.path.join(out, CALIBRATION)) as file:
         file.write(f"P0: {focal:g} 0 {width / 2:g} 0 0 {focal:g} {height / 2:g} 0 0 0 1 0\n")
-    rows = command_odometry(
-        stamps,
-        np.array([record.angle for record in records]),
-        np.array([record.throttle for record in records]),
-        arguments,
-    )
-    with text_file.writing(os.path.join(out, "odometry.csv")) as file:
+    with text_file.writing(os.path.join(out, ODOMETRY)) as file:
         file.write(",".join(odometry_file.COLUMNS) + "\n")
         file.writelines(
             f"{frame:.0f},{stamp:.6f},{speed:.9g},{rate:.9g}\n" for frame, stamp, speed, rate in rows
@@ -198,6 +215,10 @@ def main(argv=None) -> None:
     for key in ("wheelbase", "max_steering_deg", "speed_per_throttle", "focal_px"):
         if getattr(arguments, key) is not None and not getattr(arguments, key) > 0:
             raise InputError(f"--{key}: {getattr(arguments, key)} is not allowed: above 0")
+    if arguments.max_steering_deg >= 90.0:
+        raise InputError(f"--max_steering_deg: {arguments.max_steering_deg:g} is not allowed: below 90")
+    if arguments.focal_px is not None and not FOCAL_PX[0] <= arguments.focal_px <= FOCAL_PX[1]:
+        raise InputError(f"--focal_px: {arguments.focal_px:g} is not allowed: {FOCAL_PX[0]:g} to {FOCAL_PX[1]:g}")
     for key in ("delay", "speed_lag"):
         if not getattr(arguments, key) >= 0:
             raise InputError(f"--{key}: {getattr(arguments, key)} is not allowed: at least 0")

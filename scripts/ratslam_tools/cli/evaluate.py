@@ -6,7 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import List
 
-from ratslam_tools import text_file
+from ratslam_tools import plotting, text_file
 from ratslam_tools.datasets import sources
 from ratslam_tools.evaluation import comparison, metrics
 from ratslam_tools.trajectory import frames
@@ -77,6 +77,7 @@ def add_output_options(parser: argparse.ArgumentParser, with_plot: bool = True) 
     if with_plot:
         group.add_argument(
             "--save_plot",
+            type=plotting.picture_file,
             metavar="FILE",
             help="write error over time and coloured trajectories (.png or .pdf)",
         )
@@ -87,6 +88,9 @@ def settings_of(arguments) -> comparison.Settings:
     """The comparison settings of parsed options."""
     if not arguments.t_max_diff >= 0:
         raise InputError(f"--t_max_diff: {arguments.t_max_diff} is not allowed: at least 0 s")
+    sources.require_effects(
+        [arguments.reference, *arguments.estimates], arguments.format, arguments.times, arguments.bag
+    )
     if arguments.n_to_align is not None and not (arguments.align or arguments.correct_scale):
         raise InputError(f"--n_to_align: {arguments.n_to_align} poses are to be aligned, but nothing is: add -a, -s or -as")
     for option in ("save_results", "save_plot"):
@@ -95,6 +99,7 @@ def settings_of(arguments) -> comparison.Settings:
             getattr(arguments, option, None),
             [arguments.reference, *arguments.estimates, arguments.bag, arguments.times],
         )
+    text_file.require_other("--save_plot", getattr(arguments, "save_plot", None), [arguments.save_results], "written")
     return comparison.Settings(
         arguments.align,
         arguments.correct_scale,
@@ -250,7 +255,6 @@ def kitti_main(argv=None) -> None:
     settings = settings_of(arguments)
     reference = sources.read_reference(arguments.reference, arguments.format, arguments.times, arguments.bag)
     records = []
-    print(f"KITTI drift, {settings.describe()}")
     rows = [["estimate", "length m", "count", "translation %", "rotation deg/100m", "coverage"]]
     for estimate in sources.read_estimates(
         arguments.estimates, arguments.format, arguments.times, arguments.bag
@@ -278,6 +282,7 @@ def kitti_main(argv=None) -> None:
                     f"{100 * compared.coverage:.1f} %",
                 ]
             )
+    print(f"KITTI drift, {settings.describe()}")
     print(format_table(rows))
     if arguments.save_results:
         write_json(

@@ -3,8 +3,9 @@
 import argparse
 import os
 
+from ratslam_tools.cli.plot_run import require_own_output
 from ratslam_tools.datasets import odometry_file, truth
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.evaluation import consistency, write_json
 from ratslam_tools.runs import run_folder
 from ratslam_tools.table import format_table
@@ -27,6 +28,8 @@ def main(argv=None) -> None:
     parser.add_argument("--times", metavar="FILE", help="times.txt of KITTI poses, if it does not lie beside")
     parser.add_argument("--save_results", metavar="FILE.json", help="write the figures")
     arguments = parser.parse_args(argv)
+    require_folder(arguments.run)
+    require_own_output("--save_results", arguments.save_results, arguments.run, arguments)
     known = truth.read_truth(arguments.truth, arguments.times)
     poses = os.path.join(arguments.run, "pose_covariance.csv")
     if not os.path.isfile(poses):

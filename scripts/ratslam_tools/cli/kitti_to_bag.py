@@ -9,7 +9,7 @@ import numpy as np
 from ratslam_tools.datasets import bags, kitti, odometry_file
 from ratslam_tools.datasets.images import load_image
 from ratslam_tools.trajectory import geometry
-from ratslam_tools.errors import InputError, finite
+from ratslam_tools.errors import InputError, finite, require_effect
 from ratslam_tools.progress import Progress
 
 def odometry_messages(rows: np.ndarray, offset_s: float) -> List[Tuple[int, object]]:
@@ -142,10 +142,12 @@ def main(argv=None) -> None:
         "--odometry", metavar="CSV", help="also <root>/odom from columns " + ",".join(odometry_file.COLUMNS)
     )
     parser.add_argument(
-        "--odometry_offset", type=finite, default=0.0, metavar="SECONDS", help="added to the odometry's stamps"
+        "--odometry_offset", type=finite, metavar="SECONDS", help="added to the odometry's stamps"
     )
     arguments = parser.parse_args(argv)
     bags.require_topic_name("--root", arguments.root)
+    require_effect(arguments.odometry is not None, "there is no --odometry", odometry_offset=arguments.odometry_offset)
+    offset = arguments.odometry_offset or 0.0
     drive = kitti.read_drive(arguments.folder, arguments.camera)
     count = len(drive.images)
     drive = drive.select(arguments.start, arguments.end)
@@ -156,13 +158,13 @@ def main(argv=None) -> None:
         rows = rows[(rows[:, 0] >= arguments.start) & (rows[:, 0] < end)]
         if not len(rows):
             raise InputError(f"{arguments.odometry}: no rows for frames {arguments.start} to {end}")
-        stamps = rows[:, 1] + arguments.odometry_offset
+        stamps = rows[:, 1] + offset
         if stamps.min() < 0.0 or stamps.max() >= 2.0**32:
             raise InputError(
-                f"{arguments.odometry}: with --odometry_offset {arguments.odometry_offset:g} its stamps are "
+                f"{arguments.odometry}: with --odometry_offset {offset:g} its stamps are "
                 f"{stamps.min():.9g} to {stamps.max():.9g} s; ROS can hold 0 to 2^32 s"
             )
-        odometry = odometry_messages(rows, arguments.odometry_offset)
+        odometry = odometry_messages(rows, offset)
         first, last = drive.stamps_ns[0], drive.stamps_ns[-1]
         if odometry[-1][0] < first or odometry[0][0] > last:
             raise InputError(

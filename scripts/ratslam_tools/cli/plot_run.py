@@ -4,10 +4,11 @@ import argparse
 import os
 
 from ratslam_tools import evaluation, plotting, text_file
-from ratslam_tools.datasets import truth
-from ratslam_tools.errors import InputError, finite
-from ratslam_tools.runs import recorded_run, run_figures
+from ratslam_tools.datasets import kitti, truth
+from ratslam_tools.errors import InputError, finite, require_effect
+from ratslam_tools.runs import recorded_run, run_figures, run_folder
 from ratslam_tools.table import format_table
+from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 
 
 def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -> None:
@@ -24,24 +25,32 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
     parser.add_argument(
         "--t_max_diff",
         type=finite,
-        default=0.01,
         metavar="S",
         help="largest difference of matched stamps (0.01 s)",
     )
 
 
-def require_own_output(option: str, path, arguments) -> None:
-    """@throws InputError naming the option if the file to write is a data file of the run, or its truth. Pages and pictures in
-    the run's folder may be replaced."""
-    left = os.listdir(arguments.folder) if os.path.isdir(arguments.folder) else []
-    kept = [os.path.join(arguments.folder, name) for name in left if name.endswith((".tum", ".csv", ".json", ".yaml", ".npz", ".db"))]
-    text_file.require_other(option, path, [*kept, arguments.folder, arguments.truth, arguments.times])
+def require_own_output(option: str, path, run: str, arguments) -> None:
+    """@throws InputError if a file to write is one of the run or of its truth. Pages and pictures may be replaced."""
+    left = [*text_file.files_of(run), *(run + ending for ending in run_folder.NODE_FILES.values())]
+    kept = [name for name in left if name.endswith((".tum", ".csv", ".json", ".yaml", ".npz", ".db"))]
+    known = arguments.truth
+    poses = kitti.poses_file(known) if known and os.path.isdir(known) else None
+    text_file.require_other(option, path, [*kept, run, *text_file.files_of(known), poses, arguments.times])
+
+
+def complete_truth_options(arguments) -> None:
+    """@throws InputError for options about a truth that is not given, or out of range."""
+    require_effect(arguments.truth is not None, "there is no --truth", times=arguments.times, t_max_diff=arguments.t_max_diff)
+    if arguments.t_max_diff is None:
+        arguments.t_max_diff = MAX_STAMP_DIFFERENCE_S
+    if arguments.t_max_diff < 0.0:
+        raise InputError(f"--t_max_diff: {arguments.t_max_diff:g} is not allowed: at least 0 s")
 
 
 def aligned_run(arguments) -> run_figures.Aligned:
     """The run of parsed options, aligned with its truth if there is one."""
-    if arguments.t_max_diff < 0.0:
-        raise InputError(f"--t_max_diff: {arguments.t_max_diff:g} is not allowed: at least 0 s")
+    complete_truth_options(arguments)
     known = None if arguments.truth is None else truth.read_truth(arguments.truth, arguments.times)
     return run_figures.Aligned(recorded_run.open_run(arguments.folder), known, arguments.t_max_diff)
 
@@ -75,7 +84,10 @@ def main(argv=None) -> None:
     part.add_argument("--timing_only", action="store_true", help="the time of each module alone")
     parser.add_argument("--save_results", metavar="FILE.json", help="write the errors")
     arguments = parser.parse_args(argv)
-    require_own_output("--save_results", arguments.save_results, arguments)
+    require_effect(arguments.truth is not None, "without --truth there are no errors", save_results=arguments.save_results)
+    for option, path in (("--out", arguments.out), ("--save_results", arguments.save_results)):
+        require_own_output(option, path, arguments.folder, arguments)
+    text_file.require_other("--save_results", arguments.save_results, [arguments.out], "written")
     aligned = aligned_run(arguments)
     beside = os.path.splitext(arguments.folder)[0] + "_run.png"  # of a bag or the nodes' files
     path = arguments.out or (

@@ -1,19 +1,23 @@
 """plot_scale: scale along the path of a map whose odometry's unit of length drifts."""
 
 import argparse
+import json
 import os
 
 import numpy as np
 
-from ratslam_tools import evaluation, plotting
+from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.datasets import truth
 from ratslam_tools.datasets.sources import tell_later_files
 from ratslam_tools.evaluation import comparison
 from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, require_folder
+from ratslam_tools.runs import run_folder
 from ratslam_tools.trajectory import read_trajectory
 
 WINDOW_M = 60.0  # of true way, over which lengths are compared
+MAY_DIFFER = ("exp_scale", "exp_scale_sigma", "threads")  # between the two runs
+SAME_ODOMETRY_M = 1e-3
 
 
 def local_scale(reference: np.ndarray, estimate: np.ndarray, window: float = WINDOW_M):
@@ -81,6 +85,40 @@ def scale_figure(reference, estimates: dict):
     return figure, means
 
 
+def _parameters(folder: str) -> dict:
+    """Parameters of a run. @throws InputError if it does not state exp_scale"""
+    require_folder(folder)
+    path = os.path.join(folder, "summary.json")
+    stated = run_folder.read_json(path).get("parameters")
+    if not isinstance(stated, dict) or "exp_scale" not in stated:
+        raise InputError(f"{path}: it states no exp_scale: not the summary of a run that ratslam_run left")
+    return stated
+
+
+def require_pair(without: str, with_scale: str) -> None:
+    """@throws InputError unless the folders are of one drive with one odometry, without and with scale in the map."""
+    stated = {folder: _parameters(folder) for folder in (without, with_scale)}
+    for folder, name, wanted in ((without, "WITHOUT", False), (with_scale, "WITH", True)):
+        found = stated[folder]["exp_scale"]
+        if found is not wanted:
+            raise InputError(
+                f"{folder}: its run has exp_scale={json.dumps(found)}; {name} must be the one with {json.dumps(wanted)}"
+            )
+    first, second = stated[without], stated[with_scale]
+    for key in sorted({*first, *second} - {*MAY_DIFFER}):
+        if first.get(key) != second.get(key):
+            values = [json.dumps(each[key]) if key in each else "none" for each in (first, second)]
+            raise InputError(
+                f"{with_scale}: its run has {key}={values[1]}, that of {without} {values[0]}; only exp_scale may differ"
+            )
+    ways = [read_trajectory(os.path.join(folder, "trajectory_odometry.tum")) for folder in (without, with_scale)]
+    same = len(ways[0]) == len(ways[1]) and np.array_equal(ways[0].stamps, ways[1].stamps)
+    if not same or np.abs(ways[0].positions - ways[1].positions).max() > SAME_ODOMETRY_M:
+        raise InputError(
+            f"{with_scale}: its trajectory_odometry.tum is not that of {without}; both runs need the same recording and odometry"
+        )
+
+
 def main(argv=None) -> None:
     """plot_scale."""
     parser = argparse.ArgumentParser(
@@ -99,8 +137,11 @@ def main(argv=None) -> None:
         "--truth", required=True, metavar="FILE", help="true trajectory, as plot_run takes it"
     )
     parser.add_argument("--times", metavar="FILE", help="times.txt of KITTI poses, if it does not lie beside")
-    parser.add_argument("--out", required=True, metavar="FILE", help="picture to write, .png or .pdf")
+    parser.add_argument(
+        "--out", required=True, type=plotting.picture_file, metavar="FILE", help="picture to write, .png or .pdf"
+    )
     arguments = parser.parse_args(argv)
+    require_pair(arguments.without, arguments.with_scale)
     final = "trajectory_final.tum"
     sources = {
         "odometry alone": (arguments.with_scale, "trajectory_odometry.tum", "0.6"),

@@ -176,6 +176,7 @@ def main(argv=None) -> None:
     text_file.require_other("--gps_tum", arguments.gps_tum, [arguments.bag, arguments.calibration, *read])
     camera = calibration.read(arguments.calibration)
     recording = recorder.read(arguments.folder)
+    text_file.require_other("--gps_tum", arguments.gps_tum, recording.images)
     rows = recorder.good_fixes(recording, arguments.max_accuracy)
     track = recorder.gps_track(recording, rows) if len(rows) else None
     if arguments.gps_tum and track is None:

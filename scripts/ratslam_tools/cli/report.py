@@ -155,7 +155,7 @@ def main(argv=None) -> None:
     parser.add_argument("--out", metavar="FILE", help="page to write (default: DIR/report.html)")
     arguments = parser.parse_args(argv)
     path = arguments.out or os.path.join(arguments.folder, "report.html")
-    plot_run.require_own_output("--out", path, arguments)
+    plot_run.require_own_output("--out", path, arguments.folder, arguments)
     text = page(plot_run.aligned_run(arguments))
     with text_file.writing(path) as file:
         file.write(text)

@@ -13,11 +13,11 @@ import argparse
 import os
 from dataclasses import dataclass
 
-from ratslam_tools import evaluation, plotting
+from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.datasets import flat_yaml, kitti, truth
 from ratslam_tools.evaluation import comparison, error_plots, metrics
 from ratslam_tools.runs import grid, run_folder, runner
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, require_effect
 from ratslam_tools.table import format_table
 
 
@@ -45,6 +45,11 @@ PUBLISHED = {
 }
 PUBLISHED_SEQUENCE = "00"
 SWEEPS = (("fig6", "pc_vt_inject_energy"), ("fig7", "pc_cell_x_size"))
+# The options that give the values of these sweeps, and their defaults.
+SWEPT = {
+    "inject_energy": "0.01,0.02,0.05,0.1,0.15,0.2,0.3,0.5,1,2,5",
+    "cell_size": "0.25,0.5,1,1.5,2,2.5,3,4,6,8,12",
+}
 
 
 def sequence_folders(folder: str, names) -> list:
@@ -155,6 +160,18 @@ NOTE = (
 )
 
 
+def swept_values(option: str, text) -> list:
+    """The values of a sweep, which are numbers; None: the usual ones. @throws InputError"""
+    text = SWEPT[option] if text is None else text
+    values = grid.parse_values(f"--{option}", text, text)
+    for value in values:
+        try:
+            text_file.finite_number(value)
+        except ValueError as error:
+            raise InputError(f"--{option}: {error}") from None
+    return values
+
+
 def main(argv=None) -> None:
     """reproduce_paper."""
     parser = argparse.ArgumentParser(
@@ -179,18 +196,17 @@ def main(argv=None) -> None:
         "--sweep_systems",
         nargs="+",
         choices=[system.name for system in SYSTEMS],
-        default=["orb"],
         help="systems whose parameters are swept (default: orb)",
     )
     parser.add_argument(
         "--inject_energy",
-        default="0.01,0.02,0.05,0.1,0.15,0.2,0.3,0.5,1,2,5",
-        help="values of Fig. 6 (default %(default)s)",
+        metavar="VALUES",
+        help=f"values of Fig. 6 (default {SWEPT['inject_energy']})",
     )
     parser.add_argument(
         "--cell_size",
-        default="0.25,0.5,1,1.5,2,2.5,3,4,6,8,12",
-        help="values of Fig. 7 (default %(default)s)",
+        metavar="VALUES",
+        help=f"values of Fig. 7 (default {SWEPT['cell_size']})",
     )
     parser.add_argument(
         "--jobs", type=int, metavar="N", help="runs at a time in the sweeps (default: one for each core)"
@@ -203,10 +219,13 @@ def main(argv=None) -> None:
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
     arguments = parser.parse_args(argv)
     runner.require_apart(arguments.out, arguments.folder)
-    values = {
-        key: grid.parse_vary(f"{key}={text}")[1]
-        for (_, key), text in zip(SWEEPS, (arguments.inject_energy, arguments.cell_size))
-    }
+    swept = ("sweep_systems", "inject_energy", "cell_size", "jobs")
+    given = {name: getattr(arguments, name) for name in swept}
+    require_effect(not arguments.skip_sweeps, "there are no sweeps with --skip_sweeps", **given)
+    if arguments.jobs is not None and arguments.jobs < 1:
+        raise InputError(f"--jobs: {arguments.jobs} is not allowed: at least 1")
+    systems = arguments.sweep_systems or ["orb"]
+    values = {key: swept_values(option, given[option]) for (_, key), option in zip(SWEEPS, SWEPT)}
     program = runner.find(arguments.ratslam_run)
     reproductions = [
         Reproduction(name, folder, arguments, program)
@@ -226,11 +245,11 @@ def main(argv=None) -> None:
         plotting.finish(pyplot, figure, os.path.join(arguments.out, f"fig5_{reproduction.name}.png"))
     text = f"{format_table(rows)}\n\n{NOTE}"
     print(text)
-    with open(os.path.join(arguments.out, "table.txt"), "w", encoding="utf-8") as file:
+    with text_file.writing(os.path.join(arguments.out, "table.txt")) as file:
         file.write(text + "\n")
     if not arguments.skip_sweeps:
         for reproduction in reproductions:
             for system in SYSTEMS:
-                if system.name in arguments.sweep_systems:
+                if system.name in systems:
                     for figure, key in SWEEPS:
                         reproduction.sweep(system, figure, key, values[key])

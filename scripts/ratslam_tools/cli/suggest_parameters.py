@@ -69,7 +69,9 @@ def main(argv=None) -> None:
         raise InputError(f"--frames: {arguments.frames} is not allowed: at least 10")
     runner.require_apart(arguments.out, arguments.input)
     runner.require_not_set(suggestion.KEYS, more)
-    text_file.require_other("--yaml", arguments.yaml, [arguments.config, arguments.input, arguments.odometry])
+    text_file.require_other(
+        "--yaml", arguments.yaml, [*text_file.files_of(arguments.input), arguments.config, arguments.odometry]
+    )
     program = runner.find(arguments.ratslam_run)
     odometry = [arguments.odometry]
 

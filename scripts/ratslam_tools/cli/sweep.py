@@ -4,7 +4,7 @@ parameter."""
 import argparse
 import os
 
-from ratslam_tools.cli.plot_run import add_truth_options
+from ratslam_tools.cli.plot_run import add_truth_options, complete_truth_options
 from ratslam_tools.datasets import truth
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import grid, runner
@@ -68,8 +68,7 @@ def main(argv=None) -> None:
     own, more = runner.split(argv)
     arguments = parser.parse_args(own)
     arguments.more = more
-    if arguments.t_max_diff < 0.0:
-        raise InputError(f"--t_max_diff: {arguments.t_max_diff:g} is not allowed: at least 0 s")
+    complete_truth_options(arguments)
     if arguments.jobs is not None and arguments.jobs < 1:
         raise InputError(f"--jobs: {arguments.jobs} is not allowed: at least 1")
     if os.path.exists(arguments.out) and not os.path.isdir(arguments.out):

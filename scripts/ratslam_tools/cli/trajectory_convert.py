@@ -7,8 +7,10 @@ import sys
 from ratslam_tools import text_file
 from ratslam_tools.datasets import recorder, sources
 from ratslam_tools.trajectory import frames
-from ratslam_tools.errors import InputError, finite
-from ratslam_tools.trajectory import read_trajectory, write_kitti, write_tum
+from ratslam_tools.errors import InputError, finite, require_effect
+from ratslam_tools.trajectory import has_stamps, read_trajectory, write_kitti, write_tum
+
+MAX_ACCURACY_M = 20.0
 
 
 def read_gps(path: str, max_accuracy: float):
@@ -57,28 +59,37 @@ def main(argv=None) -> None:
     parser.add_argument("--from_frame", choices=frames.FRAMES, help="convention of the input")
     parser.add_argument("--to_frame", choices=frames.FRAMES, help="convention of the output")
     parser.add_argument(
-        "--max_accuracy", type=finite, default=20.0, metavar="M", help="worst GPS fix to take (default 20 m)"
+        "--max_accuracy", type=finite, metavar="M", help="worst GPS fix to take (default 20 m)"
     )
     arguments = parser.parse_args(argv)
     if (arguments.from_frame is None) != (arguments.to_frame is None):
         raise InputError("--from_frame and --to_frame: give both or neither")
     if arguments.topic is None and arguments.input.endswith(".bag"):
         raise InputError(f"{arguments.input}: of a bag one topic is converted: --topic NAME")
+    from_gps = arguments.source == "gps"
+    require_effect(from_gps, "it is about a GPS log (--from gps)", max_accuracy=arguments.max_accuracy)
+    kind = None if arguments.source == "auto" or arguments.topic is None else arguments.source
+    require_effect(False, "--topic names poses of a bag", **{"from": kind})
+    require_effect(
+        arguments.times is None or not (arguments.topic or from_gps or has_stamps(arguments.input, arguments.source)),
+        f"{arguments.input} has stamps of its own",
+        times=arguments.times,
+    )
     for option, path in (("output", arguments.output), ("--save_times", arguments.save_times)):
-        text_file.require_other(option, path, [arguments.input, arguments.times])
+        text_file.require_other(option, path, [*text_file.files_of(arguments.input), arguments.times])
     text_file.require_other("--save_times", arguments.save_times, [arguments.output])
     if arguments.topic is not None:
         trajectory = sources.read_topic(arguments.input, arguments.topic)
-    elif arguments.source == "gps":
-        trajectory = read_gps(arguments.input, arguments.max_accuracy)
+    elif from_gps:
+        trajectory = read_gps(arguments.input, MAX_ACCURACY_M if arguments.max_accuracy is None else arguments.max_accuracy)
     else:
         trajectory = read_trajectory(arguments.input, arguments.source, arguments.times)
     if arguments.from_frame is not None:
         trajectory = frames.convert(trajectory, arguments.from_frame, arguments.to_frame)
+    if arguments.save_times and trajectory.stamps is None:
+        raise InputError(f"--save_times: {arguments.input} has no stamps")
     (write_tum if arguments.to == "tum" else write_kitti)(arguments.output, trajectory)
     if arguments.save_times:
-        if trajectory.stamps is None:
-            raise InputError(f"--save_times: {arguments.input} has no stamps")
         with text_file.writing(arguments.save_times) as file:
             file.writelines(f"{stamp:.9f}\n" for stamp in trajectory.stamps)
     print(f"{arguments.output}: {len(trajectory)} poses, {trajectory.path_length()[-1]:.6g} m")

@@ -34,6 +34,8 @@ def open_bag(path: str, mode: str = "r"):
             f"{path}: the bag has no index (its recording was cut off); run: rosbag reindex {path}"
         ) from None
     except OSError as error:
+        if mode == "w":
+            raise  # writing() tells it
         raise InputError(f"{path}: not a readable bag: {error.strerror or error}") from None
     except Exception as error:  # rosbag raises various errors for a damaged file
         raise _damaged(path, error) from None
@@ -228,14 +230,15 @@ def writing(path: str):
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    bag = open_bag(part, "w")
+    bag = None
     try:
+        bag = open_bag(part, "w")
         yield bag
         bag.close()
         os.replace(part, path)
     except BaseException as error:
         _give_up(bag, part)
-        if isinstance(error, OSError) and error.filename is None:  # of the bag itself: the disk is full
+        if isinstance(error, OSError) and error.filename in (part, None):  # of the bag itself: the disk is full
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
         raise
 
@@ -251,9 +254,10 @@ def _is_another_file(path: str) -> bool:
 
 
 def _give_up(bag, part: str) -> None:
-    """Closes a bag that is not wanted any more, and removes its file."""
+    """Closes a bag that is not wanted any more (None: it could not be opened), and removes its file."""
     try:
-        bag.close()
+        if bag is not None:
+            bag.close()
     except Exception:  # the file is removed even if it cannot be closed (the disk is full)
         pass
     if os.path.exists(part):

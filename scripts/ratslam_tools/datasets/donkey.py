@@ -9,7 +9,7 @@ from typing import List, Set
 
 from ratslam_tools import text_file
 from ratslam_tools.datasets.images import natural_key
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, require_folder
 
 MAX_INDEX = 2**53
 MAX_TIME_MS = 2**32 * 1000
@@ -36,6 +36,7 @@ class Tub:
 
 def read(folder: str) -> Tub:
     """Records of all catalogs. @throws InputError for a malformed line, a file of another folder or no record."""
+    require_folder(folder)
     records: List[Record] = []
     paths = glob.glob(os.path.join(glob.escape(folder), "catalog_*.catalog"))
     for path in sorted(paths, key=natural_key):

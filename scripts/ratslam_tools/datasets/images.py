@@ -43,8 +43,8 @@ def list_images(folder: str) -> List[str]:
     return images
 
 
-def times_of(images: Sequence[str], count: int, path: str) -> List[int]:
-    """Which of `count` times in the file `path` belongs to each image.
+def times_of(images: Sequence[str], count: int, path: str, what: str = "time") -> List[int]:
+    """Which of `count` times, or other entries (what), in the file `path` belongs to each image.
 
     If there are as many times as images, they belong together in order. If there are more times, the numbers in the
     images' names decide. They count from 0, from 1 if the last number is that of the last time, or from the first
@@ -52,7 +52,7 @@ def times_of(images: Sequence[str], count: int, path: str) -> List[int]:
     """
     if count == len(images):
         return list(range(count))
-    complaint = f"{path}: {count} times for {len(images)} images"
+    complaint = f"{path}: {count} {what}s for {len(images)} images"
     if count < len(images):
         raise InputError(complaint)
     numbers = _numbers(images)
@@ -66,7 +66,7 @@ def times_of(images: Sequence[str], count: int, path: str) -> List[int]:
     elif last - first + 1 == count:
         base = first
     else:
-        raise InputError(f"{complaint} numbered {first} to {last}: which time is whose is not clear")
+        raise InputError(f"{complaint} numbered {first} to {last}: which {what} is whose is not clear")
     return [number - base for number in numbers]
 
 

@@ -18,6 +18,7 @@ from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.trajectory import Trajectory, frames, geodesy, geometry, read_times, read_trajectory
 
 
+FOCAL_PX = (0.001, 1e6)  # least and most that a camera has
 SLOW_S = 10.0  # whole numbers at least so far apart are probably milliseconds, not seconds
 
 
@@ -36,11 +37,23 @@ class Drive:
     notes: List[str] = field(default_factory=list)  # irregularities that were repaired, a line each
 
     def select(self, start: int, end: Optional[int]) -> "Drive":
-        """Frames start ... end - 1. @throws InputError if there are none."""
+        """Frames start ... end - 1. @throws InputError if there are none, or their times do not rise: the messages of a bag
+        lie in order of time.
+        """
         rows = slice(start, end)
         if start < 0 or (end is not None and end <= start) or not self.images[rows]:
             raise InputError(
                 f"frames {start} to {'the end' if end is None else end}: the drive has {len(self.images)}"
+            )
+        steps = np.diff(np.array(self.stamps_ns[rows]))
+        wrong = np.flatnonzero(steps <= 0)
+        if len(wrong):
+            frame = start + int(wrong[0]) + 1
+            alone = f"; take the frames before and from it on alone: --end {frame}, --start {frame}"
+            raise InputError(
+                f"{self.images[frame]}: its time ({self.stamps_ns[frame] / 1e9:.9f} s) does not lie after that of the image "
+                f"before ({self.stamps_ns[frame - 1] / 1e9:.9f} s), and the times of a bag rise"
+                + (alone if 2 * len(wrong) < len(steps) else "")
             )
         truth = None if self.truth is None else self.truth.select(rows)
         return Drive(
@@ -90,7 +103,7 @@ def _matrix(path: str, keys, *shape: int) -> np.ndarray:
 def _projection(path: str, camera: int) -> np.ndarray:
     """Projection (3, 4) [px] of a camera, under the benchmark's name or that of the raw drives."""
     matrix = _matrix(path, (f"P{camera}", f"P_rect_{camera:02d}"), 3, 4)
-    if not all(0.001 <= focal <= 1e6 for focal in (matrix[0, 0], matrix[1, 1])):
+    if not all(FOCAL_PX[0] <= focal <= FOCAL_PX[1] for focal in (matrix[0, 0], matrix[1, 1])):
         raise InputError(
             f"{path}: P{camera}: focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px; they must lie within 0.001 to 1e6"
         )
@@ -129,12 +142,6 @@ def read_sequence(folder: str, camera: int = 0) -> Drive:
     images = list_images(_image_folder(folder, camera))
     path = os.path.join(folder, "times.txt")
     times = read_times(path)
-    wrong = np.flatnonzero(np.diff(times) <= 0)
-    if len(wrong):
-        raise InputError(
-            f"{path}: time {wrong[0] + 2} ({times[wrong[0] + 1]:.9g} s) does not lie after the one before it "
-            f"({times[wrong[0]]:.9g} s); times must increase from image to image"
-        )
     rows = times_of(images, len(times), path)
     stamps_ns = nanoseconds(times[rows])
     drive = Drive(images, stamps_ns, _projection(os.path.join(folder, "calib.txt"), camera))

@@ -4,8 +4,8 @@ import os
 import sys
 from typing import List, Optional
 
-from ratslam_tools.errors import InputError
-from ratslam_tools.trajectory import Trajectory, later_files, read_trajectory
+from ratslam_tools.errors import InputError, require_effect
+from ratslam_tools.trajectory import Trajectory, has_stamps, later_files, read_trajectory
 
 
 def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str]) -> Trajectory:
@@ -14,6 +14,14 @@ def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str
     if bag is not None:
         return read_topic(bag, path)
     return read_trajectory(path, form, times, allow_repeats=True)
+
+
+def require_effects(paths: List[str], form: str, times: Optional[str], bag: Optional[str]) -> None:
+    """@throws InputError for options that have no effect on any of the trajectories."""
+    require_effect(bag is None, "poses of a --bag have stamps of their own", times=times)
+    require_effect(bag is None, "of a --bag topics are read", format=None if form == "auto" else form)
+    unstamped = times is None or not all(has_stamps(path, form) for path in paths)
+    require_effect(unstamped, "only KITTI poses have no stamps of their own, and no file has such", times=times)
 
 
 def read_estimates(paths: List[str], form: str, times: Optional[str], bag: Optional[str]) -> List[Trajectory]:
@@ -53,6 +61,4 @@ def read_topic(bag: str, topic: str) -> Trajectory:
     """
     from ratslam_tools.datasets import bags  # ROS is needed here only
 
-    if not os.path.isfile(bag):
-        raise InputError(f"{bag}: no such file")
     return bags.read_trajectory_topic(bag, topic)

@@ -9,8 +9,8 @@ import numpy as np
 
 from ratslam_tools.datasets import bags, kitti
 from ratslam_tools.trajectory import frames
-from ratslam_tools.errors import InputError
-from ratslam_tools.trajectory import Trajectory, read_table, read_trajectory
+from ratslam_tools.errors import InputError, require_effect
+from ratslam_tools.trajectory import Trajectory, has_stamps, read_table, read_trajectory
 
 TRUTH_TOPIC = "ground_truth"
 
@@ -38,10 +38,10 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
             raise InputError(f"{path}: no poses.txt, and none in ../../poses")
         return read_truth(poses, times or os.path.join(path, "times.txt"))
     if path.endswith(".bag"):
+        require_effect(False, f"{path} has stamps of its own", times=times)
         return frames.to_base(bags.read_trajectory_topic(path, _truth_topic(path)))
-    if not os.path.isfile(path):
-        raise InputError(f"{path}: no such file")
     is_kitti = read_table(path).shape[1] == 12
+    require_effect(not has_stamps(path), f"{path} has stamps of its own", times=times)
     times = (times or find_times(path)) if is_kitti else None
     if is_kitti and times is None:
         raise InputError(
@@ -54,11 +54,12 @@ def read_plane_poses(path: str) -> Tuple[np.ndarray, np.ndarray]:
     """Planar truth for each frame from a KITTI file of poses: positions (n, 2), x forward and y to the left [m], and
     headings (n,), counter-clockwise [rad]. @throws InputError naming the file.
     """
-    rows = read_table(path)
-    if rows.shape[1] != 12:
-        raise InputError(f"{path}: {rows.shape[1]} numbers a line; KITTI poses have 12")
-    poses = rows.reshape(-1, 3, 4)
-    return np.stack([poses[:, 2, 3], -poses[:, 0, 3]], axis=1), np.arctan2(-poses[:, 0, 2], poses[:, 2, 2])
+    columns = read_table(path).shape[1]
+    if columns != 12:
+        raise InputError(f"{path}: {columns} numbers a line; KITTI poses have 12")
+    poses = read_trajectory(path, "kitti")
+    positions, turns = poses.positions, poses.rotations
+    return np.stack([positions[:, 2], -positions[:, 0]], axis=1), np.arctan2(-turns[:, 0, 2], turns[:, 2, 2])
 
 
 def _truth_topic(path: str) -> str:

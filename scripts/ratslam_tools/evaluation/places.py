@@ -71,11 +71,11 @@ def score(answers: Answers, right: np.ndarray, has_right_place: np.ndarray) -> P
     )
 
 
-def by_index(answers: Answers, tolerance: int):
-    """Judges answers about two passes of one route whose images belong together by number: (right, has_right_place),
-    bools (n,). A place is right if it is at most `tolerance` images off."""
+def by_index(answers: Answers, tolerance: int, learned: int):
+    """Judges answers about two passes of one route whose images belong together by number, the first of `learned` images:
+    (right, has_right_place), bools (n,). A place is right if it is at most `tolerance` images off."""
     right = (answers.place >= 0) & (np.abs(answers.place - answers.frame) <= tolerance)
-    return right, np.ones(len(right), bool)
+    return right, answers.frame - tolerance < learned
 
 
 def by_truth(answers: Answers, positions: np.ndarray, headings: np.ndarray, radius: float, min_gap: int):

@@ -17,7 +17,7 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
-from ratslam_tools import evaluation, plotting
+from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.errors import InputError, one_line
 from ratslam_tools.evaluation import metrics
 from ratslam_tools.progress import Progress
@@ -39,24 +39,29 @@ def parse_vary(text: str) -> Tuple[str, List[str]]:
     key = key.strip()
     if not separator or not key:
         raise InputError(f"--vary: '{text}' is not allowed: key=start:stop:step or key=v1,v2,...")
+    return key, parse_values("--vary", text, values)
+
+
+def parse_values(option: str, text: str, values: str) -> List[str]:
+    """The values `start:stop:step` or `v1,v2,...`. @throws InputError naming the option and its text"""
     if ":" not in values:
         words = [word.strip() for word in values.split(",")]
         if not all(words) or len(set(words)) != len(words):
-            raise InputError(f"--vary: '{text}' is not allowed: distinct values separated by commas")
-        return key, words
+            raise InputError(f"{option}: '{text}' is not allowed: distinct values separated by commas")
+        return words
     try:
         start, stop, step = (float(word) for word in values.split(":"))
     except ValueError:
-        raise InputError(f"--vary: '{text}' is not allowed: three numbers start:stop:step") from None
+        raise InputError(f"{option}: '{text}' is not allowed: three numbers start:stop:step") from None
     if not np.isfinite([start, stop, step]).all() or step <= 0 or stop < start:
         raise InputError(
-            f"--vary: '{text}' is not allowed: finite numbers, step above 0 and stop not below start"
+            f"{option}: '{text}' is not allowed: finite numbers, step above 0 and stop not below start"
         )
     # Half a millionth of a step of slack, so that 0.05:0.5:0.05 ends with 0.5 whatever the rounding.
     count = int(np.floor((stop - start) / step + 5e-7)) + 1
     if count > MAX_RUNS:
-        raise InputError(f"--vary: '{text}' is not allowed: {count} values; at most {MAX_RUNS}")
-    return key, [f"{start + index * step:.10g}" for index in range(count)]
+        raise InputError(f"{option}: '{text}' is not allowed: {count} values; at most {MAX_RUNS}")
+    return [f"{start + index * step:.10g}" for index in range(count)]
 
 
 def grid(varied: List[Tuple[str, List[str]]]) -> List[Dict[str, str]]:
@@ -162,9 +167,8 @@ class Sweep:
             for name in os.listdir(folder):
                 if name not in ("summary.json", RESULT):
                     os.unlink(os.path.join(folder, name))
-        part = os.path.join(folder, RESULT + ".part")
-        evaluation.write_json(part, {**self._origin(words), "settings": point, "figures": figures, "remarks": remarks})
-        os.replace(part, os.path.join(folder, RESULT))
+        record = {**self._origin(words), "settings": point, "figures": figures, "remarks": remarks}
+        evaluation.write_json(os.path.join(folder, RESULT), record)
         return figures
 
     def run(self, jobs: int):
@@ -210,14 +214,12 @@ class Sweep:
 def write_csv(path: str, keys: List[str], points, found) -> None:
     """One row per point: the settings, then every result that some run has."""
     names = sorted({name for figures in found.values() for name in figures})
-    part = path + ".part"
-    with open(part, "w", encoding="utf-8", newline="") as file:
+    with text_file.writing(path, newline="") as file:
         writer = csv.writer(file)
         writer.writerow(keys + names)
         for index in sorted(found):
             row = [points[index][key] for key in keys]
             writer.writerow(row + [found[index].get(name, "") for name in names])
-    os.replace(part, path)
 
 
 class Goal:
@@ -330,17 +332,24 @@ def shard(points, text: str):
 
 
 def merge(folders: List[str], points):
-    """Results by index of the point, from the shards' folders, and the points that no shard has."""
-    found = {}
+    """Results by index of the point, from the shards' folders, and the points that no shard has. @throws InputError for what
+    is no result, or was judged by another truth than the others
+    """
+    found, judges = {}, {}
     for index, point in enumerate(points):
         for folder in folders:
             path = os.path.join(folder, "runs", folder_name(point), RESULT)
             if os.path.isfile(path):
-                figures = run_folder.read_json(path).get("figures")
+                record = run_folder.read_json(path)
+                figures = record.get("figures")
                 if not isinstance(figures, dict) or not all(isinstance(value, (int, float)) for value in figures.values()):
                     raise InputError(f"{path}: not the result of a run: its figures are not numbers by name")
                 found[index] = figures
+                judges.setdefault(str(record.get("judged_by")), path)
                 break
+    if len(judges) > 1:
+        first, other = list(judges.values())[:2]
+        raise InputError(f"--merge: {other} and {first} were judged by different truths, or matched with another --t_max_diff")
     return found, [folder_name(point) for index, point in enumerate(points) if index not in found]
 
 

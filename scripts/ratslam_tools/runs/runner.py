@@ -101,9 +101,14 @@ def option(words: Sequence[str], name: str) -> Optional[str]:
     return None
 
 
+IMAGE_FOLDERS = ("images", "image_0", "image_1", "image_2", "image_3")
+
+
 def require_apart(out: str, source: str) -> None:
-    """@throws InputError if the folder for the runs is the recording itself, which would then hold their files."""
-    if os.path.realpath(out) == os.path.realpath(source):
+    """@throws InputError if the folder for the runs is the recording itself or its folder of images, which would then hold
+    their files and figures."""
+    places = [source, *(os.path.join(source, name) for name in IMAGE_FOLDERS)]
+    if os.path.realpath(out) in map(os.path.realpath, places):
         raise InputError(f"--out: '{out}' is not allowed: it must be another folder than the recording's own")
 
 
@@ -231,10 +236,9 @@ class Runner:
                 raise InputError("stopped")
         lines = messages.decode("utf-8", "replace").strip().splitlines()
         if process.returncode != 0:
-            raise InputError(
-                f"{' '.join(words)}: exit status {process.returncode}: "
-                f"{lines[-1] if lines else 'no message'}"
-            )
+            own = [index for index, line in enumerate(lines) if line.startswith(PROGRAM + ": ")]
+            last = " ".join(lines[own[-1] if own else -1 :])  # a name in it may break the line
+            raise InputError(f"{' '.join(words)}: exit status {process.returncode}: {last or 'no message'}")
         return [line[len(PROGRAM) + 2 :] for line in lines if line.startswith(PROGRAM + ": ")]
 
     def stop(self) -> None:

@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 import numpy as np
 
 from ratslam_tools.trajectory import geometry
-from ratslam_tools.errors import InputError
+from ratslam_tools.errors import InputError, require_effect
 from ratslam_tools.trajectory import Trajectory
 
 MIN_MATCHES = 3
@@ -58,6 +58,7 @@ def associate(
             f"{missing.name} has no stamps and {other.name} has: give --times, the file with their times"
         )
     if reference.stamps is None:
+        require_effect(offset == 0.0, f"{reference.name} and {estimate.name} have no stamps", t_offset=offset)
         if len(reference) != len(estimate):
             raise InputError(
                 f"{reference.name} has {len(reference)} poses and {estimate.name} {len(estimate)}: files "

@@ -5,6 +5,7 @@ comment.
 """
 
 import itertools
+import math
 import os
 import re
 import sys
@@ -106,7 +107,7 @@ class Trajectory:
 
 
 def read_table(path: str) -> np.ndarray:
-    """Numbers of a text file, one row a line, separated by blanks or commas. @throws InputError naming the
+    """Finite numbers of a text file, one row a line, separated by blanks or commas. @throws InputError naming the
     line.
     """
     rows, width = [], None
@@ -123,6 +124,8 @@ def read_table(path: str) -> np.ndarray:
             raise InputError(
                 f"{path}:{number}: decimals are written with commas: '{text_file.shown(line)}'; write them with points"
             )
+        if not all(map(math.isfinite, row)):
+            raise InputError(f"{path}:{number}: a NaN or infinite value: '{text_file.shown(line)}'")
         if width is not None and len(row) != width:
             raise InputError(f"{path}:{number}: {len(row)} columns where the lines before have {width}")
         width = len(row)
@@ -130,6 +133,13 @@ def read_table(path: str) -> np.ndarray:
     if not rows:
         raise InputError(f"{path}: holds no poses")
     return np.array(rows)
+
+
+def has_stamps(path: str, form: str = "auto") -> bool:
+    """Whether the poses of a file have stamps of their own: whether its first line is one of a TUM file."""
+    texts = (line.split("#", 1)[0] for _, line in text_file.read_lines(path))
+    first = next((text for text in texts if text.strip()), "")
+    return form == "tum" or (form == "auto" and len(first.replace(",", " ").split()) == COLUMNS["tum"])
 
 
 def _has_decimal_commas(line: str) -> bool:
@@ -148,8 +158,7 @@ def read_times(path: str) -> np.ndarray:
         commas = "; write decimals with points, not commas" if table.shape[1] == 2 else ""
         raise InputError(f"{path}: {table.shape[1]} columns; a file of times has one, in seconds{commas}")
     times = table[:, 0]
-    with np.errstate(invalid="ignore"):  # older numpy warns when it compares a NaN
-        wrong = np.flatnonzero(~((times >= 0) & (times < MAX_TIME_S)))
+    wrong = np.flatnonzero((times < 0) | (times >= MAX_TIME_S))
     if len(wrong):
         raise InputError(
             f"{path}: time {wrong[0] + 1} ({times[wrong[0]]:g} s) lies outside 0 to 2^32 s; times are in seconds"
@@ -183,9 +192,9 @@ def read_trajectory(
         expected = f"{COLUMNS[form]} ({form.upper()})" if form in COLUMNS else "8 (TUM) or 12 (KITTI)"
         raise InputError(f"{path}: {columns} columns; {expected} are expected")
     if form == "tum":
-        bad = np.flatnonzero(~(np.isfinite(table) & (np.abs(np.nan_to_num(table)) <= MAX_NUMBER)).all(axis=1))
+        bad = np.flatnonzero((np.abs(table) > MAX_NUMBER).any(axis=1))
         if len(bad):
-            raise InputError(f"{path}: pose {bad[0] + 1} has a NaN, infinite or immense value")
+            raise InputError(f"{path}: pose {bad[0] + 1} has an immense value")
         if (np.linalg.norm(table[:, 4:], axis=1) < 1e-6).any():
             raise InputError(f"{path}: a quaternion of length zero")
         rotations = geometry.matrices_from_quaternions(table[:, 4:])

@@ -1,0 +1,85 @@
+"""Files that the commands write: none that is read is overwritten, none is left half, and empty words are refused."""
+
+import os
+import resource
+
+import pytest
+
+from run_fixtures import folder  # noqa: F401  (fixture)
+from ratslam_tools.trajectory import frames, write_kitti, write_tum
+
+
+def test_what_is_read_is_not_overwritten(tmp_path, drive, fails):
+    write_tum(tmp_path / "a.tum", drive(5))
+    (tmp_path / "irat.txt").write_text("[draw]\nvtrans_scale=1\n")
+    for link in ("link.tum", "link.png"):
+        os.symlink(tmp_path / "a.tum", tmp_path / link)
+    track, before = tmp_path / "a.tum", (tmp_path / "a.tum").read_bytes()
+    for words in (
+        ("trajectory_convert", track, tmp_path / "link.tum"),
+        ("trajectory_convert", track, tmp_path / "b.txt", "--to", "kitti", "--save_times", track),
+        ("evaluate_ape", track, track, "--save_results", track),
+        ("evaluate_rpe", track, track, "--save_plot", tmp_path / "link.png"),
+        ("evaluate_kitti", track, track, "--save_results", track),
+        ("ini_to_yaml", tmp_path / "irat.txt", tmp_path / "irat.txt"),
+        ("suggest_parameters", tmp_path, "--config", track, "--yaml", track),
+        ("suggest_parameters", tmp_path, "--config", "c.yaml", "--yaml", tmp_path / "irat.txt"),
+        ("trajectory_convert", tmp_path, tmp_path / "irat.txt", "--from", "gps"),
+    ):
+        assert "is read as well and would be overwritten" in fails(*words)
+    assert track.read_bytes() == before
+
+
+def test_no_file_of_a_run_or_of_its_truth_is_overwritten(folder, tmp_path, drive, fails):
+    known, sequence = tmp_path / "truth.tum", tmp_path / "sequence"
+    sequence.mkdir()
+    write_kitti(sequence / "poses.txt", frames.convert(drive(), "base", "camera"))
+    (sequence / "times.txt").write_text("".join(f"{stamp}\n" for stamp in drive().stamps))
+    os.symlink(folder / "map.yaml", tmp_path / "link.png")
+    write_tum(tmp_path / "nodes_final.tum", drive())
+    files = {path: path.read_bytes() for path in [known, *tmp_path.glob("*_final.tum"), *folder.iterdir(), *sequence.iterdir()]}
+    for words in (
+        ("report", folder, "--truth", sequence, "--out", sequence / "poses.txt"),
+        ("plot_run", folder, "--out", tmp_path / "link.png"),
+        ("plot_run", tmp_path / "nodes", "--truth", known, "--save_results", tmp_path / "nodes_final.tum"),
+        ("evaluate_nees", folder, "--truth", known, "--save_results", known),
+        ("evaluate_nees", folder, "--truth", known, "--save_results", folder / "map.yaml"),
+    ):
+        assert "is read as well and would be overwritten" in fails(*words)
+    complaint = fails("plot_run", folder, "--truth", known, "--out", tmp_path / "x.png", "--save_results", tmp_path / "x.png")
+    assert "x.png is written as well" in complaint
+    assert all(path.read_bytes() == content for path, content in files.items())
+
+
+def test_a_figure_takes_the_place_of_another_only_when_it_is_complete(folder, tmp_path, run):
+    picture, linked = tmp_path / "a.png", tmp_path / "b.tum"
+    linked.write_text("of somebody else\n")
+    os.link(linked, picture)
+    assert run("plot_run", folder, "--out", picture).returncode == 0
+    assert picture.read_bytes()[:4] == b"\x89PNG" and linked.read_text() == "of somebody else\n"
+    before = picture.read_bytes()
+    full = run("plot_run", folder, "--out", picture, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+    assert full.returncode == 1 and f"{picture}: the figure cannot be written: File too large\n" in full.stderr
+    assert picture.read_bytes() == before and not (tmp_path / "a.png.part").exists()
+
+
+def test_a_figure_is_written_under_the_name_that_is_given_or_not_at_all(tmp_path, drive, run):
+    track = tmp_path / "a.tum"
+    write_tum(track, drive())
+    done = run("evaluate_ape", track, track, "--save_plot", tmp_path / "plot")
+    assert done.returncode == 2 and "a picture ends in" in done.stderr and os.listdir(tmp_path) == ["a.tum"]
+    done = run("evaluate_ape", track, track, "--save_plot", tmp_path / "nowhere" / "plot.png")
+    assert done.returncode == 1 and done.stderr.endswith("the figure cannot be written: No such file or directory\n")
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (("kitti_to_bag", "seq", "x.bag", "--odometry", ""), "error: --odometry: the word behind it is empty\n"),
+        (("reproduce_records", "seq", "--config="), "error: --config: its value is empty\n"),
+        (("report", ""), "error: the first argument is empty\n"),
+        (("trajectory_convert", "a.tum", ""), "error: a.tum: the word behind it is empty\n"),
+    ],
+)
+def test_an_empty_word_is_not_taken_for_an_option_that_is_not_given(fails, words, complaint):
+    assert fails(*words) == complaint
