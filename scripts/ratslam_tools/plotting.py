@@ -5,6 +5,7 @@ import os
 
 import numpy as np
 
+from ratslam_tools import text_file
 from ratslam_tools.errors import InputError, one_line
 
 TRUTH, ONLINE, FINAL, LINK = "0.35", "#d98c00", "#0060a8", "#c0392b"
@@ -67,6 +68,7 @@ def picture_file(path: str) -> str:
 def finish(pyplot, figure, path=None, show: bool = False, dpi: int = 130) -> None:
     """Saves and/or shows a figure and closes it. @throws InputError if the file cannot be written."""
     if path:
+        text_file.require_replaceable(path)
         whole = os.path.realpath(path)
         part = whole + ".part"  # it gets its name when it is complete
         try:

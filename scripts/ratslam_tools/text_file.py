@@ -91,20 +91,40 @@ def files_of(path: Optional[str]) -> List[str]:
     return [path, *(os.path.join(path, name) for name in os.listdir(path))]
 
 
+KEPT = ((b"#ROSBAG V", "a recording"), (b"\x89MCAP", "a recording"), (b"SQLite format 3", "a map or another database"))
+
+
+def require_replaceable(path: str) -> None:
+    """@throws InputError if there is a bag or a map where an output is to be written: its name was hardly meant."""
+    if not os.path.isfile(path):  # opening a pipe would block
+        return
+    try:
+        with open(path, "rb") as file:
+            begin = file.read(16)
+    except OSError:
+        return
+    for magic, what in KEPT:
+        if begin.startswith(magic):
+            raise InputError(f"{path}: cannot be written: it is {what} and is not overwritten")
+
+
 def require_other(option: str, path: Optional[str], others: Iterable[Optional[str]], how: str = "read") -> None:
     """@throws InputError naming the option if the file to write is one of those that are read (or `how` written), or lies
-    elsewhere under the same name (a link)."""
+    elsewhere under the same name (a link), or as require_replaceable."""
     for given in others:
         if path and given and os.path.realpath(path) == os.path.realpath(given):
             raise InputError(f"{option}: {path} is {how} as well and would be overwritten; give another name")
+    if path:
+        require_replaceable(path)
 
 
 @contextmanager
 def writing(path: str, newline=None):
     """A text file for writing. It gets its name only when it is complete.
 
-    @throws InputError if it cannot be written.
+    @throws InputError if it cannot be written, or as require_replaceable.
     """
+    require_replaceable(path)
     whole = os.path.realpath(path)
     in_place = os.path.exists(whole) and not os.path.isfile(whole)  # /dev/stdout, a pipe
     part = whole if in_place else whole + ".part"

@@ -25,32 +25,41 @@ options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/pyth
 command -v ccache >/dev/null && options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 export CCACHE_BASEDIR=$workspace CCACHE_NOHASHDIR=1
 
-build() {  # TOOL, in the workspace
+build() {  # TOOL CMAKE_OPTION ...; called by strictly
+  cd "$workspace"
   case "$1" in
-    catkin_make) catkin_make "${options[@]}" ;;
-    catkin_make_isolated) catkin_make_isolated --cmake-args "${options[@]}" ;;
-    catkin_build) catkin build --no-status --cmake-args "${options[@]}" ;;
+    catkin_make) catkin_make "${@:2}" ;;
+    catkin_make_isolated) catkin_make_isolated --cmake-args "${@:2}" ;;
+    catkin_build) catkin build --no-status --cmake-args "${@:2}" ;;
     *) echo "tools are catkin_make, catkin_make_isolated and catkin_build" >&2; return 2 ;;
   esac
 }
 
-try() {  # SETUP.BASH, in a shell of its own
+try() {  # SETUP.BASH; called by strictly
   set +u
   . "$1"
   set -u
   mkdir "$workspace/try"
   cd "$workspace/try"
-  [ "$(rospack find ratslam_ros)" = "$workspace/src/ratslam_ros" ]
+  found=$(rospack find ratslam_ros)
+  [ "$found" = "$workspace/src/ratslam_ros" ] || { echo "rospack finds $found"; return 1; }
   rosrun ratslam_ros ratslam_town --out town.bag --frames 40 --jpeg-quality 90
   port=$(/usr/bin/python3 -c 'import socket; s = socket.socket(); s.bind(("", 0)); print(s.getsockname()[1])')
   ROS_HOSTNAME=localhost ROS_MASTER_URI=http://localhost:$port ROS_LOG_DIR=$workspace/try/log timeout 120 \
     roslaunch -p "$port" ratslam_ros demo.launch bag:=town.bag odometry:=profile trajectory_file:="$PWD/nodes" rate:=4
-  rosrun ratslam_ros ratslam_run town.bag --config "$(rospack find ratslam_ros)/config/demo.yaml" --odometry profile --out run
+  rosrun ratslam_ros ratslam_run town.bag --config "$found/config/demo.yaml" --odometry profile --out run
   cmp nodes_final.tum run/trajectory_final.tum
   trajectory_convert town.bag truth.tum --topic /town/ground_truth
   evaluate_ape truth.tum run/trajectory_final.tum -as
   /usr/bin/python3 -c 'import ratslam, ratslam.tools; print(ratslam.PoseCellNetwork(pc_dim_xy=11).activity.shape)'
 }
+
+# A function in a condition, such as `if try ...`, runs on after a command that fails, in a subshell as well, whatever `set -e` says.
+strictly() {  # FUNCTION ARGUMENT ...: in a process of its own, which ends with the first command that fails
+  bash -euo pipefail -c '"$@"' strictly "$@"
+}
+export -f build try
+export workspace
 
 failed=()
 for tool in "${tools[@]}"; do
@@ -65,7 +74,7 @@ for tool in "${tools[@]}"; do
   log=$workspace/log.txt
   devel=$workspace/devel
   [ "$tool" = catkin_make_isolated ] && devel=$workspace/devel_isolated
-  if (cd "$workspace" && build "$tool") >"$log" 2>&1 && (try "$devel/setup.bash") >>"$log" 2>&1; then
+  if strictly build "$tool" "${options[@]}" >"$log" 2>&1 && strictly try "$devel/setup.bash" >>"$log" 2>&1; then
     echo "$tool: built and tried in $devel"
   else
     tail -n 40 "$log"

@@ -15,7 +15,8 @@ cmake -S "$source" -B "$build" -DRATSLAM_ROS=OFF -DCMAKE_DISABLE_FIND_PACKAGE_ca
 cmake --build "$build" -j"$(nproc)" >"$scratch/build.log" 2>&1 || { tail -n 60 "$scratch/build.log"; exit 1; }
 for tool in ratslam_run ratslam_town; do
   # by their names, since the folder of the sources may be called ratslam_ros
-  ! ldd "$build/$tool" | awk '{ print $1 }' | grep -E 'ros|cpp_common|tf2' || { echo "$tool links libraries of ROS"; exit 1; }
+  linked=$(ldd "$build/$tool" | awk '{ print $1 }')
+  ! grep -E 'ros|cpp_common|tf2' <<<"$linked" || { echo "$tool links libraries of ROS"; exit 1; }
 done
 
 cmake --install "$build" --prefix "$scratch/installed" >/dev/null

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from ratslam_tools.datasets.truth import read_truth
 from ratslam_tools.trajectory import frames
 from ratslam_tools.trajectory import Trajectory, read_trajectory, write_kitti, write_tum
 
@@ -169,6 +170,30 @@ def test_a_repeated_stamp_in_the_truth_matters_only_where_it_is_matched(files, r
     assert "ambiguous" in fails("evaluate_ape", "-as", files / "twice.tum", files / "est.tum")
     part = bad(files, lambda rows: rows[:50])
     assert run("evaluate_ape", "-as", files / "twice.tum", part).returncode == 0
+
+
+def test_a_repeated_stamp_in_a_bags_truth_is_judged_like_one_in_a_file(files, run, fails):
+    rosbag = pytest.importorskip("rosbag")
+    from geometry_msgs.msg import PoseStamped
+    from rospy import Time
+
+    def message(line):
+        pose, numbers = PoseStamped(), [float(word) for word in line.split()]
+        pose.header.stamp = Time.from_sec(numbers[0] + 1.0)
+        pose.pose.position.x, pose.pose.position.y, pose.pose.position.z = numbers[1:4]
+        pose.pose.orientation.w = 1.0
+        return pose
+
+    truth, whole = ((files / name).read_text().splitlines() for name in ("truth.tum", "est.tum"))
+    path = str(files / "drive.bag")
+    with rosbag.Bag(path, "w") as bag:
+        for topic, lines in (("/ground_truth", truth[:100] + truth[99:]), ("/whole", whole), ("/part", whole[:50])):
+            for number, line in enumerate(lines):
+                bag.write(topic, message(line), Time(1 + number))
+    assert "ambiguous" in fails("evaluate_ape", "-as", "/ground_truth", "/whole", "--bag", path)
+    assert run("evaluate_ape", "-as", "/ground_truth", "/part", "--bag", path).returncode == 0
+    assert "repeats" in fails("evaluate_ape", "-as", "/whole", "/ground_truth", "--bag", path)
+    assert len(read_truth(path)) == len(truth) + 1
 
 
 def test_round_trips(files, run, drive):

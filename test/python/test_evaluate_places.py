@@ -31,7 +31,7 @@ def call(run, town, *words):
 
 @pytest.mark.parametrize("first", ["town", "plain", "town.bag"])
 def test_images_of_the_first_pass_are_counted_whatever_its_kind(run, town, first):
-    done = call(run, town, first, "plain", "--open", "--min-gap", "1")
+    done = call(run, town, first, "plain", "--open")
     assert done.returncode == 0, done.stderr
     assert f"frames that revisit a place: {FRAMES}\n" in done.stdout
 
@@ -68,6 +68,7 @@ def test_two_passes_and_one_with_truth_are_judged(run, town):
         (("town", "--truth", "nan.txt"), "nan.txt:2: a NaN or infinite value"),
         (("town", "plain", "--min-gap", "5"), "--min-gap: 5 has no effect"),
         (("town", "plain", "--starts", "5", "--min-gap", "5"), "--min-gap: 5 has no effect"),
+        (("town", "plain", "--open", "--min-gap", "5"), "--min-gap: 5 has no effect"),
         (("town", "plain", "--radius", "5"), "--radius: 5 has no effect"),
         (("town", "plain", "--radius", "5", "--open"), "--radius: 5 has no effect"),
         (("town", "--truth", "town/poses.txt", "--tolerance", "3"), "--tolerance: 3 has no effect"),
@@ -105,7 +106,7 @@ def copy_of(folder, source, keep):
 @pytest.mark.parametrize(
     "words, asked",
     [((), "questions with a right place: 11 of 24"), (("--tolerance", "3"), "questions with a right place: 13 of 24")]
-    + [(("--open", "--min-gap", "1"), "frames that revisit a place: 11\n")],
+    + [(("--open",), "frames that revisit a place: 11\n")],
 )
 def test_images_beyond_the_first_pass_have_no_right_place(run, town, tmp_path, words, asked):
     short = copy_of(tmp_path / "short", town / "plain", lambda number: number < 10)
@@ -114,6 +115,20 @@ def test_images_beyond_the_first_pass_have_no_right_place(run, town, tmp_path, w
     assert f"{short} has 10 images and plain 24" in done.stderr and done.stderr.count("\n") == 1
     done = call(run, town, "plain", short)
     assert "questions with a right place: 10 of 10" in done.stdout and "plain has 24 images" in done.stderr
+
+
+def test_of_two_short_passes_the_second_ones_recalls_count(run, town, tmp_path):
+    """However few images lie between; a robot that stands still at a new place recalls nothing."""
+    standing = copy_of(tmp_path / "standing", town / "plain", lambda number: number < 10)
+    done = call(run, town, standing, standing, "--open", "--recall", "nearest", "--set", "vt_match_threshold=0.01")
+    assert done.returncode == 0 and "recalls: 10, of these right: 10 (100.0 %)\n" in done.stdout, done.stdout + done.stderr
+    assert "revisiting frames recalled: 100.0 %\n" in done.stdout and "recalls where nothing is revisited: 0\n" in done.stdout
+    last = sorted(os.listdir(town / "plain"))[-1]
+    for number in range(5):
+        shutil.copy(town / "plain" / last, tmp_path / "standing" / f"z{number}.jpg")
+    done = call(run, town, copy_of(tmp_path / "moving", town / "plain", lambda number: number < 15),
+                standing, "--open", "--recall", "nearest", "--set", "vt_match_threshold=0.01")
+    assert "recalls: 10, of these right: 10 (100.0 %)\n" in done.stdout, done.stdout + done.stderr
 
 
 def test_starts_that_claim_nothing_are_a_result(run, town, tmp_path):
@@ -184,7 +199,7 @@ def test_an_image_that_cannot_be_read_keeps_its_place_and_has_no_answer(run, tow
         shutil.copytree(town / "plain", folder)
     victim = sorted(os.listdir(passes[damaged]))[10]
     (passes[damaged] / victim).write_bytes(b"\xff\xd8\xff not an image")
-    for words in ((), ("--open", "--min-gap", "1")):
+    for words in ((), ("--open",)):
         answers = tmp_path / "answers.csv"
         done = call(run, town, passes["ref"], passes["query"], "--csv", answers, *words)
         assert done.returncode == 0, done.stderr

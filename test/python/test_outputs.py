@@ -51,6 +51,30 @@ def test_no_file_of_a_run_or_of_its_truth_is_overwritten(folder, tmp_path, drive
     assert all(path.read_bytes() == content for path, content in files.items())
 
 
+@pytest.mark.parametrize(
+    "content, what",
+    [(b"#ROSBAG V2.0\nrest", "a recording"), (b"\x89MCAP0\r\n", "a recording"), (b"SQLite format 3\0", "a map or another database")],
+)
+def test_no_recording_and_no_map_is_replaced_by_an_output(folder, tmp_path, drive, fails, content, what):
+    track, kept, link = tmp_path / "a.tum", tmp_path / "k2.bag", tmp_path / "link.png"
+    write_tum(track, drive())
+    kept.write_bytes(content)
+    os.symlink(kept, link)
+    for words in (
+        ("trajectory_convert", track, kept),
+        ("trajectory_convert", track, tmp_path / "b.txt", "--to", "kitti", "--save_times", kept),
+        ("evaluate_ape", track, track, "--save_results", kept),
+        ("evaluate_rpe", track, track, "--save_plot", link),
+        ("report", folder, "--out", kept),
+        ("plot_run", folder, "--out", link),
+        ("evaluate_places", folder, folder, "--csv", kept),
+        ("suggest_parameters", folder, "--config", track, "--yaml", kept),
+    ):
+        output = words[-1]
+        assert fails(*words) == f"error: {output}: cannot be written: it is {what} and is not overwritten\n"
+    assert kept.read_bytes() == content and not list(tmp_path.glob("*.part"))
+
+
 def test_a_figure_takes_the_place_of_another_only_when_it_is_complete(folder, tmp_path, run):
     picture, linked = tmp_path / "a.png", tmp_path / "b.tum"
     linked.write_text("of somebody else\n")

@@ -30,3 +30,41 @@ def test_roslaunch_finds_a_launch_file_once_while_a_workspace_is_in_the_tree(tmp
         env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, check=False,
     )
     assert found.stdout.splitlines() == [str(package / "launch" / "only.launch")], found.stdout + found.stderr
+
+
+TOOLS = {  # what a built package would put on PATH; $FAILING is the one that fails
+    "rospack": 'echo "$WORKSPACE/src/ratslam_ros"',
+    "rosrun": 'case "$*" in *--out\\ run*) mkdir run; echo 1 >run/trajectory_final.tum ;; esac',
+    "roslaunch": "echo 1 >nodes_final.tum",
+    "cmp": "",
+    "trajectory_convert": "",
+    "evaluate_ape": "",
+}
+
+
+@pytest.mark.parametrize("failing", ["nothing", "catkin_make", *TOOLS])
+def test_every_command_that_fails_in_a_workspace_counts(tmp_path, failing):
+    if os.path.exists("/opt/ros/noetic/setup.bash"):
+        pytest.skip("its own catkin_make would come before the one that stands in for it")
+    package, programs, workspace = tmp_path / "package", tmp_path / "programs", tmp_path / "workspace"
+    (package / "file").mkdir(parents=True)
+    (package / "file" / "of_it.txt").write_text("text\n")
+    subprocess.run(["git", "init", "-q", str(package)], check=True)
+    programs.mkdir()
+    setup = f"export PATH={programs}:$PATH PYTHONPATH={programs}\n"
+    (programs / "ratslam").mkdir()
+    (programs / "ratslam" / "__init__.py").write_text(
+        "class PoseCellNetwork:\n    def __init__(self, **_):\n        import numpy\n        self.activity = numpy.zeros(3)\n")
+    (programs / "ratslam" / "tools.py").write_text("")
+    make = {"catkin_make": f"mkdir devel; echo '{setup}' >devel/setup.bash"}
+    for name, content in {**make, **TOOLS}.items():
+        ending = "exit 1" if name == failing else "exit 0"
+        (programs / name).write_text(f"#!/bin/bash\n{content}\n{ending}\n")
+        (programs / name).chmod(0o755)
+    done = subprocess.run(
+        [os.path.join(os.path.dirname(SCRIPTS), "test", "endurance", "workspaces.sh"), str(package), str(workspace), "catkin_make"],
+        env=dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}", WORKSPACE=str(workspace)),
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False,
+    )
+    assert done.returncode == (0 if failing == "nothing" else 1), done.stdout
+    assert ("catkin_make: FAILED" in done.stdout) == (failing != "nothing")

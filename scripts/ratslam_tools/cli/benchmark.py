@@ -10,7 +10,7 @@ import os
 import subprocess
 from typing import Dict, List, Optional
 
-from ratslam_tools import SCRIPTS
+from ratslam_tools import SCRIPTS, text_file
 from ratslam_tools.errors import InputError
 from ratslam_tools.table import format_table
 
@@ -202,6 +202,6 @@ def main(argv=None) -> None:
         measured += result["benchmarks"]
     rows = make_rows(measured)
     os.makedirs(os.path.dirname(os.path.abspath(options.out)), exist_ok=True)
-    with open(options.out, "w") as file:
+    with text_file.writing(options.out) as file:
         json.dump({"context": context, "table": rows, "benchmarks": measured}, file, indent=2)
     print(f"\n{make_table(rows)}\n\n{options.out}")

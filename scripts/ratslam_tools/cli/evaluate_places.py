@@ -38,9 +38,7 @@ def _arguments(argv):
     parser.add_argument("--config", help="configuration with crop and view")
     parser.add_argument("--truth", help="one recording: its true poses, KITTI format")
     parser.add_argument("--radius", type=finite, help="with --truth: distance of a right place [m] (default 3)")
-    parser.add_argument(
-        "--min-gap", type=int, help="one recording, or --open: frames that a revisit lies apart (default 100)"
-    )
+    parser.add_argument("--min-gap", type=int, help="one recording: frames that a revisit lies apart (default 100)")
     parser.add_argument("--open", action="store_true", help="map, and judge what the system itself recalls")
     parser.add_argument("--starts", type=int, metavar="N", help="wake up at so many images of QUERY without knowing where")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="overrides the configuration")
@@ -73,8 +71,8 @@ def _require_sense(arguments):
         raise InputError(f"--tolerance: {arguments.tolerance} has no effect: of one recording --radius says what is right")
     if arguments.radius is not None and arguments.truth is None:
         raise InputError(f"--radius: {arguments.radius:g} has no effect: of two passes --tolerance says what is right")
-    if arguments.min_gap is not None and arguments.query is not None and not arguments.open:
-        raise InputError(f"--min-gap: {arguments.min_gap} has no effect: two passes have no revisits within one, except with --open")
+    if arguments.min_gap is not None and arguments.query is not None:
+        raise InputError(f"--min-gap: {arguments.min_gap} has no effect: of two passes the second revisits the first")
     if arguments.starts is not None and (arguments.query is None or arguments.open):
         raise InputError("--starts: it needs a second pass, and has no effect with --open")
     if arguments.plot and (arguments.open or arguments.starts is not None):
@@ -160,14 +158,16 @@ def _tell_lengths(arguments, learned, asked):
 
 
 def _report_open(arguments, answers, until, poses, learned):
-    """Reports the system's own recalls of places that were not active just before. A place is right for all images
-    during which it was active when it was learned: a train that stands at a station learns one place there.
+    """Reports the system's own recalls of places that were not active just before: of one recording those learned --min-gap
+    images ago, of two passes those of the second pass. A place is right for all images during which it was active when it was
+    learned: a train that stands at a station learns one place there.
     """
-    recalls = answers.claimed & (answers.frame - answers.place >= arguments.min_gap)
     if poses is not None:
+        recalls = answers.claimed & (answers.frame - answers.place >= arguments.min_gap)
         right, possible = places.by_truth(answers, *poses, arguments.radius, arguments.min_gap)
     else:
         asked = answers.frame - learned
+        recalls = answers.claimed & (asked >= 0) & (answers.frame > until + arguments.tolerance)
         possible = (asked >= 0) & (asked - arguments.tolerance < learned)
         right = (asked >= answers.place - arguments.tolerance) & (asked <= until + arguments.tolerance)
     right = right & recalls

@@ -156,8 +156,8 @@ def _pose_of(message):
     return (pose.position, pose.orientation) if hasattr(pose, "position") else None
 
 
-def read_trajectory_topic(path: str, topic: str) -> Trajectory:
-    """The poses of a topic by header stamp.
+def read_trajectory_topic(path: str, topic: str, allow_repeats: bool = False) -> Trajectory:
+    """The poses of a topic by header stamp. @param allow_repeats as in Trajectory.check.
 
     Odometry, PoseStamped, PoseWithCovarianceStamped and TransformStamped have one pose per message. Of nav_msgs/Path
     the last message counts. @throws InputError listing the bag's topics, if this one is missing or has no poses.
@@ -188,7 +188,7 @@ def read_trajectory_topic(path: str, topic: str) -> Trajectory:
         raise InputError(f"{path}: topic {topic}: a quaternion that is not finite")
     if (np.linalg.norm(quaternions, axis=1) < 1e-6).any():
         raise InputError(f"{path}: topic {topic}: a quaternion of length zero")
-    return Trajectory(positions, geometry.matrices_from_quaternions(quaternions), stamps, topic).check()
+    return Trajectory(positions, geometry.matrices_from_quaternions(quaternions), stamps, topic).check(allow_repeats)
 
 
 def each_message(bag, topic: str, kind: str, start=None):

@@ -12,7 +12,7 @@ def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str
     """The reference: a file, or with `bag` a topic. Its stamps may repeat (see association.associate).
     """
     if bag is not None:
-        return read_topic(bag, path)
+        return read_topic(bag, path, allow_repeats=True)
     return read_trajectory(path, form, times, allow_repeats=True)
 
 
@@ -55,10 +55,10 @@ def labels(paths: List[str]) -> List[str]:
     return [f"{path} ({number})" for number, path in enumerate(paths, 1)]
 
 
-def read_topic(bag: str, topic: str) -> Trajectory:
+def read_topic(bag: str, topic: str, allow_repeats: bool = False) -> Trajectory:
     """Poses of one topic of a bag (Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, or the
-    last Path).
+    last Path). @param allow_repeats as in Trajectory.check.
     """
     from ratslam_tools.datasets import bags  # ROS is needed here only
 
-    return bags.read_trajectory_topic(bag, topic)
+    return bags.read_trajectory_topic(bag, topic, allow_repeats)

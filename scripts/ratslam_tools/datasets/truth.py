@@ -39,7 +39,7 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
         return read_truth(poses, times or os.path.join(path, "times.txt"))
     if path.endswith(".bag"):
         require_effect(False, f"{path} has stamps of its own", times=times)
-        return frames.to_base(bags.read_trajectory_topic(path, _truth_topic(path)))
+        return frames.to_base(bags.read_trajectory_topic(path, _truth_topic(path), allow_repeats=True))
     is_kitti = read_table(path).shape[1] == 12
     require_effect(not has_stamps(path), f"{path} has stamps of its own", times=times)
     times = (times or find_times(path)) if is_kitti else None

@@ -21,7 +21,7 @@ from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.errors import InputError, one_line
 from ratslam_tools.evaluation import metrics
 from ratslam_tools.progress import Progress
-from ratslam_tools.runs import run_figures, run_folder, runner
+from ratslam_tools.runs import fingerprint, run_figures, run_folder, runner
 from ratslam_tools.runs.run_folder import Run
 
 MAX_RUNS = 10000
@@ -128,8 +128,9 @@ class Sweep:
         self.judged_by = _judge(known, t_max_diff)
         self.remarks: List[List[str]] = []  # of each run
 
-    def finished(self, point: Dict[str, str]):
-        """Earlier results of a point by the same command, from the same files, judged by the same truth; or None."""
+    def finished(self, point: Dict[str, str], known: Dict[str, str]):
+        """Earlier results of a point by the same command, from the same inputs, judged by the same truth; or None.
+        @param known as for fingerprint.of_command."""
         path = os.path.join(self.out, "runs", folder_name(point), RESULT)
         if not os.path.isfile(path):
             return None
@@ -140,16 +141,16 @@ class Sweep:
             return None  # was cut off while it was written; compute it again
         if not isinstance(record, dict):
             return None
-        same = all(record.get(key) == value for key, value in self._origin(self._command(point)).items())
+        same = all(record.get(key) == value for key, value in self._origin(self._command(point), known).items())
         if not same:
             return None
         told = record.get("remarks")
         self.remarks.append([str(remark) for remark in told] if isinstance(told, list) else [])
         return record.get("figures")
 
-    def _origin(self, words: List[str]) -> dict:
-        """What a result depends on."""
-        return {"command": words, "inputs": runner.inputs_of(words), "judged_by": self.judged_by}
+    def _origin(self, words: List[str], known: Optional[Dict[str, str]] = None) -> dict:
+        """What a result depends on. @param known as for fingerprint.of_command."""
+        return {"command": words, "inputs": fingerprint.of_command(words, known), "judged_by": self.judged_by}
 
     def _command(self, point: Dict[str, str]) -> List[str]:
         return self.words_of(point, os.path.join(self.out, "runs", folder_name(point)))
@@ -160,6 +161,7 @@ class Sweep:
         shutil.rmtree(folder, ignore_errors=True)
         os.makedirs(folder)
         words = self._command(point)
+        origin = self._origin(words)  # of before: what changes during the run makes it count as changed
         remarks = self.runner.run(words)
         self.remarks.append(remarks)
         figures = evaluate(folder, self.known, self.t_max_diff)
@@ -167,7 +169,7 @@ class Sweep:
             for name in os.listdir(folder):
                 if name not in ("summary.json", RESULT):
                     os.unlink(os.path.join(folder, name))
-        record = {**self._origin(words), "settings": point, "figures": figures, "remarks": remarks}
+        record = {**origin, "settings": point, "figures": figures, "remarks": remarks}
         evaluation.write_json(os.path.join(folder, RESULT), record)
         return figures
 
@@ -175,9 +177,10 @@ class Sweep:
         """All points, `jobs` at a time; (figures by index of the point, messages of the points that
         failed).
         """
+        known: Dict[str, str] = {}  # so that a recording is looked through once, not for each point
         found = {
             index: figures
-            for index, figures in ((i, self.finished(p)) for i, p in enumerate(self.points))
+            for index, figures in ((i, self.finished(p, known)) for i, p in enumerate(self.points))
             if figures
         }
         failures: List[str] = []

@@ -1,7 +1,7 @@
 """A run of the nodes from a bag with their recorded topics: ours, or OpenRatSLAM's of the same names."""
 
 import os
-from typing import Dict, Optional
+from typing import Dict, List, Optional, Set
 
 import numpy as np
 
@@ -94,8 +94,22 @@ def _map_of(message, path: str) -> Map:
     nodes["yaw"] = np.array([2.0 * np.arctan2(p.orientation.z, p.orientation.w) for p in poses])
     ends = np.array([[edge.source_id, edge.destination_id] for edge in message.edge], dtype=float).reshape(-1, 2)
     links = {"id": np.arange(len(ends), dtype=float), "from": ends[:, 0], "to": ends[:, 1]}
-    links["recall"] = ends[:, 1] < ends[:, 0]  # a link by recall leads to an older experience
+    order = np.argsort([edge.id for edge in message.edge], kind="stable")
+    links["recall"] = np.array(_by_recall(ends.astype(int), order), dtype=bool)
     return Map(nodes, links, path)
+
+
+def _by_recall(ends: np.ndarray, order: np.ndarray) -> List[bool]:
+    """Whether each link (from, to) was made by a recall. A link that was driven came with its new experience: no link before it
+    names that one. A recall may lead to an older or, on a way driven before, to a newer experience. @param order of the links'
+    making"""
+    named: Set[int] = set()
+    by_recall = [True] * len(ends)
+    for row in order:
+        start, end = map(int, ends[row])
+        by_recall[row] = end < start or end in named
+        named.update((start, end))
+    return by_recall
 
 
 def _path_of(messages: list, name: str) -> Optional[Trajectory]:

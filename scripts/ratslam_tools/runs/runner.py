@@ -1,6 +1,5 @@
 """Finding and calling ratslam_run."""
 
-import hashlib
 import os
 import shutil
 import subprocess
@@ -9,7 +8,7 @@ import threading
 from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 
 from ratslam_tools import SCRIPTS, evaluation
-from ratslam_tools.runs import run_folder
+from ratslam_tools.runs import fingerprint, run_folder
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import later_files
 
@@ -44,7 +43,8 @@ def find(given: Optional[str] = None) -> str:
     ]
     places += [os.path.normpath(os.path.join(os.path.dirname(SCRIPTS), place)) for place in BUILD_PLACES]
     on_path = shutil.which(PROGRAM)
-    candidates = ([on_path] if on_path else []) + [os.path.join(place, PROGRAM) for place in places]
+    candidates = [os.path.join(place, PROGRAM) for place in places]
+    candidates[1:1] = [on_path] if on_path else []
     for candidate in candidates:
         if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
             return os.path.abspath(candidate)
@@ -136,33 +136,16 @@ def require_not_set(keys: Iterable[str], more: Sequence[str]) -> None:
             )
 
 
-CONTENT_BYTES = 1 << 20  # of larger files, such as bags, size and time of change stand for the content
-
-
-def inputs_of(words: Sequence[str]) -> Dict[str, str]:
-    """What identifies the content of the files that a command names: a run is repeated if one of them has changed."""
-    found = {}
-    for word in words[1:]:
-        if os.path.isfile(word):
-            state = os.stat(word)
-            if state.st_size <= CONTENT_BYTES:
-                with open(word, "rb") as file:
-                    found[word] = hashlib.sha256(file.read()).hexdigest()
-            else:
-                found[word] = f"{state.st_size} bytes of {state.st_mtime_ns} ns"
-    return found
-
-
 def run_once(words: List[str], folder: str) -> str:
-    """Runs a command that creates `folder`, unless the same command has created it before from the same files. Returns the
-    folder.
+    """Runs a command that creates `folder`, unless the same command has created it before from the same inputs (fingerprint.py).
+    Returns the folder.
 
     A folder of another command is replaced. One that this function has not made is left alone: it may hold a
     recording. @throws InputError as Runner.run.
     """
     done = os.path.join(folder, "command.json")
     known = run_folder.read_json(done) if os.path.isfile(done) else {}
-    origin = {"command": words, "inputs": inputs_of(words)}
+    origin = {"command": words, "inputs": fingerprint.of_command(words)}
     if known == {**origin, "complete": True}:
         return folder
     if not known and os.path.exists(folder) and not (os.path.isdir(folder) and not os.listdir(folder)):
