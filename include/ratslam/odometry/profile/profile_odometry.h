@@ -104,7 +104,8 @@ class ProfileOdometry {
 
   ProfileOdometryParams params_;
   std::optional<View> previous_;
-  std::optional<Stamp> bridged_from_;  ///< stamp of the last measured image before bridge(), until the next track()
+  std::optional<Stamp>
+      bridged_from_;  ///< stamp of the last measured image before bridge(), until the next track()
   std::optional<Stamp> bridged_to_;  ///< stamp of the last bridge(), until the next track()
   double speed_ = 0.0;               ///< of the last sample [m/s]
   Pose2 pose_;
