@@ -201,6 +201,8 @@ TEST_F(DatasetTest, OdometryFileKeepsWhatTheOdometrySaysOfItself) {
   written[3].correction->motion = Eigen::Translation3d(0.1, 0.2, 0.3) *
                                   Eigen::Isometry3d(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
   written[3].correction->covariance.setRandom();
+  written[3].correction->covariance.diagonal() =
+      written[3].correction->covariance.diagonal().cwiseAbs().eval();
   written[3].correction->way = {{100000001, written[3].correction->motion},
                                 {150000000, Eigen::Isometry3d(Eigen::Translation3d(1.0 / 3.0, 0.0, -7.0))}};
   writeOdometryCsv(path("odometry.csv"), written);
