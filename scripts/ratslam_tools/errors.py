@@ -35,7 +35,8 @@ def run_main(main_function, argv=None) -> int:
     try:
         _require_words(sys.argv[1:] if argv is None else argv)
         main_function(argv)
-        sys.stdout.flush()
+        if sys.stdout is not None:  # it may have been closed
+            sys.stdout.flush()
     except InputError as error:
         print(f"error: {one_line(error)}", file=sys.stderr)
         return 1

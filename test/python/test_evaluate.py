@@ -269,3 +269,10 @@ def test_options_without_effect_are_refused(files, fails, monkeypatch, words, co
     (files / "short.tum").write_text("".join((files / "truth.tum").read_text().splitlines(True)[:20]))
     assert complaint in fails(*words)
     assert not (files / "out.txt").exists() and not (files / "a.png").exists()
+
+
+def test_times_of_more_poses_than_there_are_are_told(files, run):
+    with open(files / "times.txt", "a", encoding="utf-8") as file:
+        file.write("1000\n")
+    done = run("evaluate_ape", "-a", files / "poses.txt", files / "est.tum", "--times", files / "times.txt")
+    assert done.returncode == 0 and "times.txt: 201 times for the 200 poses of" in done.stderr, done.stderr

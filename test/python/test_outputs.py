@@ -2,9 +2,12 @@
 
 import os
 import resource
+import subprocess
+import sys
 
 import pytest
 
+from conftest import SCRIPTS
 from run_fixtures import folder  # noqa: F401  (fixture)
 from ratslam_tools.trajectory import frames, write_kitti, write_tum
 
@@ -107,3 +110,10 @@ def test_a_figure_is_written_under_the_name_that_is_given_or_not_at_all(tmp_path
 )
 def test_an_empty_word_is_not_taken_for_an_option_that_is_not_given(fails, words, complaint):
     assert fails(*words) == complaint
+
+
+def test_a_command_works_without_an_output_stream(tmp_path, drive):
+    write_tum(tmp_path / "a.tum", drive())
+    words = f"'{sys.executable}' '{SCRIPTS}/evaluate_ape' '{tmp_path}/a.tum' '{tmp_path}/a.tum' --save_results '{tmp_path}/a.json'"
+    done = subprocess.run(f"{words} >&-", shell=True, stderr=subprocess.PIPE, check=False)
+    assert done.returncode == 0 and done.stderr == b"" and (tmp_path / "a.json").exists()

@@ -135,7 +135,7 @@ def _motion(records: list, stamps, folder: str, arguments) -> np.ndarray:
     angles, throttles = (np.array([getattr(record, name) for record in records]) for name in ("angle", "throttle"))
     with np.errstate(all="ignore"):
         rows = command_odometry(stamps, angles, throttles, arguments)
-    wrong = np.flatnonzero(~(np.abs(rows[:, 2:]) <= odometry_file.FASTEST).all(axis=1))
+        wrong = np.flatnonzero(~(np.abs(rows[:, 2:]) <= odometry_file.FASTEST).all(axis=1))
     if len(wrong):
         _, _, speed, rate = rows[wrong[0]]
         raise InputError(

@@ -212,6 +212,9 @@ def read_trajectory(
         stamps = read_times(times)
         if len(stamps) < len(trajectory):
             raise InputError(f"{times}: {len(stamps)} times for the {len(trajectory)} poses of {path}")
+        if len(stamps) > len(trajectory):
+            told = f"{len(stamps)} times for the {len(trajectory)} poses of {path}: the first {len(trajectory)} are taken"
+            print(f"note: {times}: {told}", file=sys.stderr)
         trajectory.stamps = stamps[: len(trajectory)]
         trajectory = _in_order_of_time(trajectory, times)
     return trajectory.check(allow_repeats)
