@@ -45,6 +45,9 @@ struct DecidedSample {
 template <class Event>
 class EventGate {
  public:
+  /// So many samples are put aside at most, the newest ones.
+  static constexpr std::size_t kMostEarlier = 10000;
+
   /// @param drops_ahead  whether an event ahead of time may be dropped
   explicit EventGate(bool use_pose, const OdometryStreamParams& params = {}, bool drops_ahead = true)
       : params_(params), drops_ahead_(drops_ahead), odometry_(use_pose, params) {}
@@ -178,8 +181,6 @@ class EventGate {
   std::uint64_t beginnings() const { return beginnings_; }
 
  private:
-  static constexpr std::size_t kMostEarlier = 10000;
-
   SampleVerdict admit(const OdometrySample& sample) {
     // The new time may run past the end of the old one before the events have gone back.
     if (continuesEarlier(sample.stamp)) {

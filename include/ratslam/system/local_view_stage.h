@@ -141,8 +141,8 @@ class LocalViewStage {
   TimedChanges<LocalViewParams> changes_;
   std::unique_ptr<RecallCheck> recall_check_;  ///< only with vt_verify, once the camera is known
   EventGate<WaitingView> gate_;
-  std::vector<OdometrySample> aside_;  ///< of a time that has not begun (EventGate::isPutAside)
-  std::uint64_t beginnings_ = 0;       ///< times that the odometry's time had begun anew at the last view
+  std::deque<OdometrySample> aside_;  ///< of a time that has not begun (EventGate::isPutAside)
+  std::uint64_t beginnings_ = 0;      ///< times that the odometry's time had begun anew at the last view
   std::vector<DecidedSample> decided_;
   std::deque<Certainty> certainties_;  ///< of the samples that no view has used yet
   std::optional<Stamp> last_sample_;

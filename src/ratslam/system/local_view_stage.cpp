@@ -80,6 +80,7 @@ void LocalViewStage::follow(const DecidedSample& decided) {
   settleAside();
   if (decided.put_aside) {
     aside_.push_back(decided.sample);
+    if (aside_.size() > EventGate<WaitingView>::kMostEarlier) aside_.pop_front();  // as the gate does
     return;
   }
   follow(decided.sample, decided.verdict == SampleVerdict::kTimeWentBack, decided.unmeasured);
@@ -89,7 +90,7 @@ void LocalViewStage::follow(const DecidedSample& decided) {
 /// time has gone on instead, they were another source's.
 void LocalViewStage::settleAside() {
   if (aside_.empty() || gate_.putsAside()) return;
-  const std::vector<OdometrySample> samples = std::exchange(aside_, {});
+  const std::deque<OdometrySample> samples = std::exchange(aside_, {});
   if (gate_.clockStart() != samples.front().stamp) return;
   for (const OdometrySample& sample : samples) follow(sample, &sample == &samples.front(), false);
 }

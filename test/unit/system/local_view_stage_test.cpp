@@ -161,6 +161,37 @@ TEST(LocalViewStage, ASampleOfAnotherTimeChangesNoCertainty) {
   EXPECT_NEAR(varianceAfter(true), clean, 0.1 * clean);
 }
 
+/// If only the odometry's clock was set back, its samples wait for images that may never go back as well.
+TEST(LocalViewStage, SamplesThatWaitForTheImagesToGoBackAreBounded) {
+  LocalViewParams params;
+  params.recall.kind = "belief";
+  params.view_template.x_size = 60;
+  params.view_template.y_size = 10;
+  LocalViewStage stage(params, RecallGeometryParams{});
+  OdometrySample sample;
+  sample.speed = 1.0;
+  ImageFrame frame;
+  frame.image = cv::Mat(240, 320, CV_8UC1);
+  cv::randu(frame.image, 0, 255);
+  for (int k = 0; k < 100; ++k) {
+    sample.stamp = frame.stamp = 1'000'000 * kSecond + k * (kSecond / 10);
+    stage.addOdometry(sample);
+    if (k < 50) stage.addFrame(frame);
+    stage.drain();
+  }
+  const auto bytesAfter = [&](int from, int to) {
+    for (int k = from; k < to; ++k) {
+      sample.stamp = 1000 * kSecond + k * (kSecond / 10);
+      stage.addOdometry(sample);
+    }
+    State state;
+    stage.save(state);
+    return state.toBytes().size();
+  };
+  const std::size_t full = bytesAfter(0, 15000);
+  EXPECT_LE(bytesAfter(15000, 45000), full * 11 / 10);
+}
+
 /// Who has slept knows no longer where the places are: it must not exclude those where the robot is now. What it saw
 /// meanwhile lies apart from both.
 TEST(LocalViewStage, ASilenceOfTheOdometryBreaksDeadReckoning) {
