@@ -11,12 +11,17 @@ namespace {
 
 constexpr Stamp kSecond = 1'000'000'000;
 
-TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
+/// A small local view with vt_recall belief.
+LocalViewParams believing() {
   LocalViewParams params;
   params.recall.kind = "belief";
   params.view_template.x_size = 60;
   params.view_template.y_size = 10;
-  LocalViewStage stage(params, RecallGeometryParams{});
+  return params;
+}
+
+TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {
+  LocalViewStage stage(believing(), RecallGeometryParams{});
   ASSERT_TRUE(stage.needsOdometry());
   const auto bytes = [&stage] {
     State state;
@@ -78,11 +83,7 @@ class Ring {
 
 /// Whoever goes on in a map from elsewhere must not be believed to be where the drive before ended.
 TEST(LocalViewStage, NothingOfAnotherPlaceIsRecalledAfterAnInterruption) {
-  LocalViewParams params;
-  params.recall.kind = "belief";
-  params.view_template.x_size = 60;
-  params.view_template.y_size = 10;
-  LocalViewStage stage(params, RecallGeometryParams{});
+  LocalViewStage stage(believing(), RecallGeometryParams{});
   Ring ring(stage);
   ring.drive(Ring::kPlaces, 1);
   int recalled = 0;
@@ -98,11 +99,7 @@ TEST(LocalViewStage, NothingOfAnotherPlaceIsRecalledAfterAnInterruption) {
 
 /// Places of different drives must not be compared by dead reckoning.
 TEST(LocalViewStage, AnInterruptionBeginsAnEpochThatNoViewHasHad) {
-  LocalViewParams params;
-  params.recall.kind = "belief";
-  params.view_template.x_size = 60;
-  params.view_template.y_size = 10;
-  LocalViewStage stage(params, RecallGeometryParams{});
+  LocalViewStage stage(believing(), RecallGeometryParams{});
   OdometrySample sample;
   sample.speed = 1.0;
   ImageFrame frame;
@@ -126,11 +123,7 @@ TEST(LocalViewStage, AnInterruptionBeginsAnEpochThatNoViewHasHad) {
 /// A message that carries no stamp, or one of another source, says nothing of how far the robot has come.
 TEST(LocalViewStage, ASampleOfAnotherTimeChangesNoCertainty) {
   const auto varianceAfter = [](bool with_stray) {
-    LocalViewParams params;
-    params.recall.kind = "belief";
-    params.view_template.x_size = 60;
-    params.view_template.y_size = 10;
-    LocalViewStage stage(params, RecallGeometryParams{});
+    LocalViewStage stage(believing(), RecallGeometryParams{});
     OdometrySample sample;
     sample.speed = 10.0;
     sample.covariance = TwistCovariance(1e-2 * TwistCovariance::Identity());
@@ -163,11 +156,7 @@ TEST(LocalViewStage, ASampleOfAnotherTimeChangesNoCertainty) {
 
 /// If only the odometry's clock was set back, its samples wait for images that may never go back as well.
 TEST(LocalViewStage, SamplesThatWaitForTheImagesToGoBackAreBounded) {
-  LocalViewParams params;
-  params.recall.kind = "belief";
-  params.view_template.x_size = 60;
-  params.view_template.y_size = 10;
-  LocalViewStage stage(params, RecallGeometryParams{});
+  LocalViewStage stage(believing(), RecallGeometryParams{});
   OdometrySample sample;
   sample.speed = 1.0;
   ImageFrame frame;
@@ -195,12 +184,8 @@ TEST(LocalViewStage, SamplesThatWaitForTheImagesToGoBackAreBounded) {
 /// Who has slept knows no longer where the places are: it must not exclude those where the robot is now. What it saw
 /// meanwhile lies apart from both.
 TEST(LocalViewStage, ASilenceOfTheOdometryBreaksDeadReckoning) {
-  LocalViewParams params;
-  params.recall.kind = "belief";
-  params.view_template.x_size = 60;
-  params.view_template.y_size = 10;
   for (const auto& [silence, breaks] : {std::pair{1.0, 0U}, std::pair{4.0, 2U}}) {
-    LocalViewStage stage(params, RecallGeometryParams{});
+    LocalViewStage stage(believing(), RecallGeometryParams{});
     OdometrySample sample;
     sample.speed = 10.0;
     for (int k = 0; k < 10; ++k) {
