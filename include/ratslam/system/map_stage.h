@@ -124,7 +124,6 @@ class MapStage {
   double way_yaw_ = 0.0;
   std::uint32_t newest_view_ = 0;  ///< largest number of a view so far
   std::uint32_t oldest_view_ = 0;  ///< views from this number on were learned on the way
-  bool began_before_ = false;      ///< a way
 };
 
 }  // namespace ratslam

@@ -115,7 +115,6 @@ void MapStage::save(State& state) const {
   state.set("way_yaw", way_yaw_);
   state.set("newest_view", newest_view_);
   state.set("oldest_view", oldest_view_);
-  state.set("began_before", began_before_);
 }
 
 void MapStage::load(const State& state) {
@@ -137,7 +136,6 @@ void MapStage::load(const State& state) {
   state.get("way_yaw", way_yaw_);
   state.get("newest_view", newest_view_);
   state.get("oldest_view", oldest_view_);
-  state.get("began_before", began_before_);
 }
 
 void MapStage::process(const TopologicalAction& action) {
@@ -145,9 +143,8 @@ void MapStage::process(const TopologicalAction& action) {
   if (!started_ || way_.empty() || beginnings_ != gate_.beginnings()) {
     const Stamp start = gate_.clockStart().value_or(action.stamp);
     map_.start(start);
+    oldest_view_ = way_.empty() ? 0 : newest_view_;
     way_.assign(1, Waypoint{start, way_.empty() ? Eigen::Vector3d(0, 0, 0) : way_.back().place});
-    oldest_view_ = began_before_ ? newest_view_ : 0;
-    began_before_ = true;
     started_ = true;
     beginnings_ = gate_.beginnings();
   }

@@ -3,6 +3,7 @@
 #include <nav_msgs/Odometry.h>
 
 #include "ratslam/local_view/local_view_params.h"
+#include "ratslam/vision/rigid_transform.h"
 #include "ratslam_ros/support/conversions.h"
 #include "ratslam_ros/support/node_parameters.h"
 #include "ratslam_ros/support/send_queue.h"
@@ -55,7 +56,7 @@ void OdometryPublisher::addToPose(const Eigen::Isometry3d& pose, const TwistCova
   const Eigen::Vector3d way = pose.translation() - last_position_.value_or(pose.translation());
   last_position_ = pose.translation();
   TwistCovariance carried = TwistCovariance::Identity();
-  carried.topRightCorner<3, 3>() << 0.0, way.z(), -way.y(), -way.z(), 0.0, way.x(), way.y(), -way.x(), 0.0;
+  carried.topRightCorner<3, 3>() = -skew(way);
   TwistCovariance turned = TwistCovariance::Zero();
   turned.topLeftCorner<3, 3>() = pose.linear();
   turned.bottomRightCorner<3, 3>() = pose.linear();
