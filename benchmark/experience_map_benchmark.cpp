@@ -11,6 +11,7 @@
 
 #include "oracle/driven_pose_graph.h"
 #include "oracle/experience_map_oracle.h"
+#include "ratslam/experience_map/solver/rejoin.h"
 #include "ratslam/experience_map/solver/relaxation.h"
 
 namespace ratslam {
@@ -169,11 +170,39 @@ void closure(benchmark::State& state) {
   }
 }
 
+/// A chain of so many steps of which every second may be off by metres. The recall at its end fits nowhere.
+void rejoining(benchmark::State& state) {
+  PoseGraph graph(2.0);
+  graph.addNode({});
+  for (std::uint32_t node = 1; node <= static_cast<std::uint32_t>(state.range(0)); ++node) {
+    graph.addNode({static_cast<double>(node), 0.0, 0.0, 0.0, 0.0});
+    Constraint step;
+    step.from = node - 1;
+    step.to = node;
+    step.measured = {1.0, 0.0, 0.0, 0.0};
+    if (node % 2 == 0) step.xy_weight *= 0.1;
+    graph.addConstraint(step);
+  }
+  Constraint recall;
+  recall.to = static_cast<std::uint32_t>(state.range(0));
+  recall.measured = {static_cast<double>(state.range(0)), 50.0, 0.0, 0.0};
+  recall.recall = true;
+  graph.addConstraint(recall);
+  const std::vector<MapPose> nodes = graph.nodes();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(rejoin(graph, recall));
+    state.PauseTiming();
+    graph.nodes() = nodes;
+    state.ResumeTiming();
+  }
+}
+
 BENCHMARK(referenceUpdate)->Arg(1000)->Arg(5000)->Arg(20000)->Unit(benchmark::kMillisecond);
 BENCHMARK(referenceUpdateAtRest)->Arg(20000)->Unit(benchmark::kMillisecond);
 BENCHMARK(defaultUpdate)->Arg(1000)->Arg(5000)->Arg(20000)->Iterations(1000)->Unit(benchmark::kMillisecond);
 BENCHMARK(growth)->Arg(1000)->Arg(20000)->Iterations(3000)->Unit(benchmark::kMicrosecond);
 BENCHMARK(closure)->Arg(20000)->Iterations(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(rejoining)->Arg(20000)->Arg(80000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace ratslam

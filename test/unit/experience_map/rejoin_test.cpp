@@ -1,11 +1,17 @@
 /// A way that nobody measured, with a corner in it: what lies beyond is joined by the recalls that come later.
+#include "ratslam/experience_map/solver/rejoin.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
+#include <vector>
 
+#include "ratslam/common/angles.h"
 #include "ratslam/experience_map/experience_map.h"
+#include "ratslam/experience_map/solver/pose_graph.h"
 
 namespace ratslam {
 namespace {
@@ -174,6 +180,121 @@ TEST(Rejoin, ACorrectionOfTheFirstStepsOfAStretchDoesNotTieItToTheOneBefore) {
 TEST(Rejoin, NorDoesOneThatComesWhenTheStretchHasBeenJoined) {
   const NewStretch stretch(true);
   for (int step = 0; step <= NewStretch::kUnknown + 4; ++step) EXPECT_LT(stretch.error(step), 1.0) << step;
+}
+
+/// A chain of which some stretches are loose, and recalls; the last one disagrees with the chain.
+PoseGraph looseGraph(unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  PoseGraph graph(2.0);
+  MapPose pose{};
+  graph.addNode(pose);
+  constexpr std::uint32_t kNodes = 60;
+  bool loose = false;
+  for (std::uint32_t node = 1; node < kNodes; ++node) {
+    if (random() % 8 == 0) loose = !loose;
+    Constraint step;
+    step.from = node - 1;
+    step.to = node;
+    step.measured = {1.0, 0.0, 0.0, 0.2 * normal(random)};
+    const double sigma = loose ? 5.0 + 3.0 * std::abs(normal(random)) : 0.05;
+    weigh(step, Eigen::Vector4d(sigma, sigma, 0.1, loose ? 1.0 : 0.01).cwiseAbs2().asDiagonal());
+    pose.x += std::cos(pose.yaw);
+    pose.y += std::sin(pose.yaw);
+    pose.yaw = wrapAngle(pose.yaw + step.measured.yaw);
+    graph.addNode(pose);
+    graph.addConstraint(step);
+  }
+  const auto recall = [&](std::uint32_t from, std::uint32_t to, double error) {
+    const MapPose& there = graph.nodes()[from];
+    const MapPose& here = graph.nodes()[to];
+    const double dx = here.x - there.x + error * normal(random);
+    const double dy = here.y - there.y + error * normal(random);
+    Constraint constraint;
+    constraint.from = from;
+    constraint.to = to;
+    constraint.recall = true;
+    constraint.measured = {std::cos(there.yaw) * dx + std::sin(there.yaw) * dy,
+                           std::cos(there.yaw) * dy - std::sin(there.yaw) * dx, 0.0,
+                           wrapAngle(here.yaw - there.yaw)};
+    weigh(constraint, Eigen::Vector4d(0.3, 0.3, 0.3, 0.1).cwiseAbs2().asDiagonal());
+    graph.addConstraint(constraint);
+  };
+  for (int k = 0; k < 6; ++k) {
+    const auto from = static_cast<std::uint32_t>(random() % 30);
+    recall(from, from + 10 + static_cast<std::uint32_t>(random() % 15), random() % 2 == 0 ? 0.3 : 6.0);
+  }
+  recall(static_cast<std::uint32_t>(random() % 10), kNodes - 1, 8.0);
+  return graph;
+}
+
+/// The nodes after rejoin(), by adding up the energy of the whole graph for each stretch and each way to cut it.
+std::vector<MapPose> rejoinedByTrial(const PoseGraph& graph, const Constraint& recall) {
+  const std::vector<MapPose>& nodes = graph.nodes();
+  std::vector<MapPose> best = nodes;
+  const double squared = PoseGraph::residual(recall, nodes[recall.from], nodes[recall.to]).squaredNorm();
+  if (graph.weight(recall, squared) > 0.1) return best;  // the solver follows such a recall by itself
+  double least = graph.energy(nodes) - 1.0;
+  // Moved so that the recall fits exactly.
+  const auto movedFrom = [&](std::uint32_t beyond) {
+    const MapPose& there = nodes[recall.from];
+    const MapPose& here = nodes[recall.to];
+    const RelativePose& m = recall.measured;
+    const double turn = wrapAngle(there.yaw + m.yaw - here.yaw);
+    std::vector<MapPose> moved = nodes;
+    for (std::size_t k = beyond; k < moved.size(); ++k) {
+      const double dx = nodes[k].x - here.x;
+      const double dy = nodes[k].y - here.y;
+      moved[k].x = there.x + std::cos(there.yaw) * m.x - std::sin(there.yaw) * m.y + std::cos(turn) * dx -
+                   std::sin(turn) * dy;
+      moved[k].y = there.y + std::sin(there.yaw) * m.x + std::cos(there.yaw) * m.y + std::sin(turn) * dx +
+                   std::cos(turn) * dy;
+      moved[k].z += there.z + m.z - here.z;
+      moved[k].yaw = wrapAngle(nodes[k].yaw + turn);
+    }
+    return moved;
+  };
+  const auto energyOf = [&](std::uint32_t node, const std::vector<MapPose>& at) {  // of the step to a node
+    const Constraint& step = graph.constraints()[node - 1];
+    return PoseGraph::residual(step, at[step.from], at[step.to]).squaredNorm();
+  };
+  for (std::uint32_t first = recall.from + 1; first <= recall.to;) {
+    // The stretch of loose steps from `first` on.
+    std::uint32_t end = first;
+    std::uint32_t beyond = first;
+    double shares = 0.0;
+    for (; end <= recall.to && energyOf(end, movedFrom(end)) < 400.0; ++end) {
+      shares += 1.0 / energyOf(end, movedFrom(end));
+      if (energyOf(end, movedFrom(end)) < energyOf(beyond, movedFrom(beyond))) beyond = end;
+    }
+    if (end > first) {
+      const std::vector<MapPose> moved = movedFrom(beyond);
+      double energy = graph.energy(moved) + 1.0 / shares;
+      for (std::uint32_t node = first; node < end; ++node) energy -= energyOf(node, moved);
+      if (energy < least) {
+        least = energy;
+        best = moved;
+      }
+    }
+    first = end + 1;
+  }
+  return best;
+}
+
+TEST(Rejoin, MovesTheNodesThatLowerTheEnergyMost) {
+  int rejoined = 0;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    PoseGraph graph = looseGraph(seed);
+    const Constraint recall = graph.constraints().back();
+    const std::vector<MapPose> expected = rejoinedByTrial(graph, recall);
+    if (rejoin(graph, recall)) ++rejoined;
+    for (std::size_t node = 0; node < expected.size(); ++node) {
+      EXPECT_NEAR(graph.nodes()[node].x, expected[node].x, 1e-9) << "graph " << seed << ", node " << node;
+      EXPECT_NEAR(graph.nodes()[node].y, expected[node].y, 1e-9) << "graph " << seed << ", node " << node;
+    }
+  }
+  EXPECT_GT(rejoined, 100);
+  EXPECT_LT(rejoined, 290);
 }
 
 }  // namespace

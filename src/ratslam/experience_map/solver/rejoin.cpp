@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -52,17 +55,22 @@ MapPose recalledPose(const MapPose& from, const RelativePose& measured) {
 
 /// Consecutive loose constraints of the chain. They share the disagreement, so that the nodes beyond can move.
 struct LooseStretch {
-  std::vector<bool> within;    ///< for each constraint of the graph, whether it is part of the stretch
   std::uint32_t beyond = 0;    ///< first node that moves
   double least = kMostEnergy;  ///< energy of the loosest constraint alone, after the move
   double shares = 0.0;         ///< sum of the inverse energies
-
-  double energy() const { return 1.0 / shares; }
+  double gain = 0.0;           ///< energy that is saved by moving the nodes beyond
 };
 
-std::vector<LooseStretch> looseStretches(const PoseGraph& graph, const Constraint& recall,
-                                         const RigidMove& move) {
+/// The loose stretches of the chain between the two ends of a recall.
+struct LooseChain {
   std::vector<LooseStretch> stretches;
+  std::vector<std::size_t> stretch_of;  ///< for each constraint of the graph; kNone: it is part of no stretch
+};
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+LooseChain looseChain(const PoseGraph& graph, const Constraint& recall, const RigidMove& move) {
+  LooseChain chain;
+  chain.stretch_of.assign(graph.constraints().size(), kNone);
   bool open = false;
   for (std::size_t k = 0; k < graph.constraints().size(); ++k) {
     const Constraint& constraint = graph.constraints()[k];
@@ -74,36 +82,68 @@ std::vector<LooseStretch> looseStretches(const PoseGraph& graph, const Constrain
       open = false;
       continue;
     }
-    if (!open) stretches.push_back({std::vector<bool>(graph.constraints().size()), 0, kMostEnergy, 0.0});
+    if (!open) chain.stretches.emplace_back();
     open = true;
-    LooseStretch& stretch = stretches.back();
-    stretch.within[k] = true;
+    chain.stretch_of[k] = chain.stretches.size() - 1;
+    LooseStretch& stretch = chain.stretches.back();
     stretch.shares += 1.0 / std::max(energy, 1e-9);
     if (energy < stretch.least) {
       stretch.least = energy;
       stretch.beyond = constraint.to;
     }
   }
-  return stretches;
+  return chain;
 }
 
-/// Energy that is saved by moving the nodes beyond a stretch.
-double gainOf(const PoseGraph& graph, const LooseStretch& stretch, const RigidMove& move) {
-  double gain = -stretch.energy();
+/// Fills in LooseStretch::gain.
+///
+/// A constraint changes its energy if one of its ends moves. That is always its later node, and the change is the
+/// same for all stretches between its ends. So each constraint is looked at once, not once for each stretch.
+void addUpGains(const PoseGraph& graph, const RigidMove& move, LooseChain& chain) {
+  std::vector<LooseStretch>& stretches = chain.stretches;
+  std::vector<std::size_t> along_nodes(stretches.size());  // the stretches by their first node that moves
+  std::iota(along_nodes.begin(), along_nodes.end(), std::size_t{0});
+  std::stable_sort(along_nodes.begin(), along_nodes.end(),
+                   [&](std::size_t a, std::size_t b) { return stretches[a].beyond < stretches[b].beyond; });
+  // The place in along_nodes of the first stretch that moves no node before `node`.
+  const auto placeOf = [&](std::uint32_t node) {
+    const auto found =
+        std::lower_bound(along_nodes.begin(), along_nodes.end(), node,
+                         [&](std::size_t k, std::uint32_t n) { return stretches[k].beyond < n; });
+    return static_cast<std::size_t>(found - along_nodes.begin());
+  };
+
+  std::vector<double> steps(stretches.size() + 1);  // of the recalls' gain, from one stretch to the next
   for (std::size_t k = 0; k < graph.constraints().size(); ++k) {
     const Constraint& constraint = graph.constraints()[k];
-    const bool from_moves = constraint.from >= stretch.beyond;
-    const bool to_moves = constraint.to >= stretch.beyond;
-    if (from_moves == to_moves && !stretch.within[k]) continue;
+    const bool to_moves = constraint.from < constraint.to;
+    const std::size_t first = placeOf(std::min(constraint.from, constraint.to) + 1);
+    const std::size_t end = placeOf(std::max(constraint.from, constraint.to) + 1);
+    const std::size_t own = chain.stretch_of[k];
+    if (first == end && own == kNone) continue;
     const MapPose& from = graph.nodes()[constraint.from];
     const MapPose& to = graph.nodes()[constraint.to];
-    gain += graph.energy(constraint, PoseGraph::residual(constraint, from, to).squaredNorm());
-    if (stretch.within[k]) continue;
-    gain -= graph.energy(
-        constraint, PoseGraph::residual(constraint, from_moves ? move(from) : from, to_moves ? move(to) : to)
+    const double before = graph.energy(constraint, PoseGraph::residual(constraint, from, to).squaredNorm());
+    if (own != kNone) stretches[own].gain += before;
+    if (first == end) continue;
+    const double after = graph.energy(
+        constraint, PoseGraph::residual(constraint, to_moves ? from : move(from), to_moves ? move(to) : to)
                         .squaredNorm());
+    if (constraint.closes()) {
+      steps[first] += before - after;
+      steps[end] -= before - after;
+    } else {  // short, but of any energy: added to the steps and subtracted again, it would drown them
+      for (std::size_t place = first; place < end; ++place) {
+        if (along_nodes[place] != own) stretches[along_nodes[place]].gain += before - after;
+      }
+    }
   }
-  return gain;
+  double recalls = 0.0;
+  for (std::size_t place = 0; place < along_nodes.size(); ++place) {
+    recalls += steps[place];
+    LooseStretch& stretch = stretches[along_nodes[place]];
+    stretch.gain += recalls - 1.0 / stretch.shares;
+  }
 }
 
 }  // namespace
@@ -116,10 +156,11 @@ bool rejoin(PoseGraph& graph, const Constraint& recall) {
   const RigidMove move(to, recalledPose(from, recall.measured));
   std::optional<std::uint32_t> beyond;
   double best = kGain;
-  for (const LooseStretch& stretch : looseStretches(graph, recall, move)) {
-    const double gain = gainOf(graph, stretch, move);
-    if (!(gain > best)) continue;
-    best = gain;
+  LooseChain chain = looseChain(graph, recall, move);
+  addUpGains(graph, move, chain);
+  for (const LooseStretch& stretch : chain.stretches) {
+    if (!(stretch.gain > best)) continue;
+    best = stretch.gain;
     beyond = stretch.beyond;
   }
   if (!beyond) return false;
