@@ -6,6 +6,7 @@ import sys
 import rosnode
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import harness  # noqa: E402  (lies beside this file)
@@ -33,6 +34,10 @@ class Nodelets(harness.FolderTest):
             self.assertEqual(nodelets, nodes, self.words())
 
     def test_names_are_those_of_the_nodes(self):
+        states = set()
+        self.addCleanup(rospy.Subscriber("/diagnostics", DiagnosticArray,
+                                         lambda message: states.update(status.name for status in message.status),
+                                         queue_size=None).unregister)
         launch = self.on_town(bag="", odometry="orb", nodelet_manager="eyes", start_manager="true")
 
         def published():
@@ -41,6 +46,9 @@ class Nodelets(harness.FolderTest):
         wanted = {"/ratslam_orb_vo/debug_image", "/ratslam_orb_vo/landmarks", "/town/odom", "/town/LocalView/Template"}
         self.assertTrue(harness.wait_until(lambda: wanted <= published(), 30.0), (published(), launch.output()))
         self.assertIn("/eyes", rosnode.get_node_names())
+        wanted = {"ratslam_lv: messages", "ratslam_lv: images", "ratslam_orb_vo: images"}
+        self.assertTrue(harness.wait_until(lambda: wanted <= states, 30.0), states)
+        self.assertEqual({name for name in states if name.startswith("eyes: ")}, set())
 
     def test_a_bad_parameter_ends_the_launch_and_is_named(self):
         bad = self.path("bad.yaml")

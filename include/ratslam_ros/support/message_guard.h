@@ -1,5 +1,5 @@
 /// Subscriptions with guarded callbacks: an exception never ends a node. The message is dropped, counted, and reported
-/// from time to time. So are messages that were lost in transport. Diagnostics show the counts once a second.
+/// from time to time. So are messages that were lost in transport. Diagnostics show the counts.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -7,11 +7,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 #include "ratslam_ros/support/checked_subscription.h"
 #include "ratslam_ros/support/counted_warning.h"
 #include "ratslam_ros/support/send_queue.h"
+#include "ratslam_ros/support/status_updater.h"
 
 namespace ratslam {
 
@@ -51,9 +53,8 @@ class MessageGuard {
     return subscribeChecked<Message>(handle, topic, queue_size, callback, refused);
   }
 
-  /// Publishes the counts of dropped messages to /diagnostics from here on. @param part  name of the part of the node
-  void publishCounts(const ros::NodeHandle& handle, const std::string& part = "messages");
-
+  /// The counts of messages that were dropped or lost, for diagnostics.
+  void describe(DiagnosticStatus& status) const;
   std::size_t dropped(const std::string& topic) const;
   /// Counts messages lost before this one, by the number that ROS gave it. @param seq  header.seq
   void number(const std::string& topic, const std::string& publisher, std::uint32_t seq);
@@ -64,13 +65,9 @@ class MessageGuard {
     LossWatch watch;
     CountedWarning warning;
   };
-  void publish();
 
   std::map<std::string, Losses> losses_;
   std::map<std::string, CountedWarning> dropped_;
-  std::string part_;
-  ros::Publisher diagnostics_;
-  ros::WallTimer timer_;
 };
 
 }  // namespace ratslam

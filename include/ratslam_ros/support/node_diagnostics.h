@@ -6,6 +6,7 @@
 
 #include "ratslam/experience_map/experience_graph.h"
 #include "ratslam_ros/support/image_subscriber.h"
+#include "ratslam_ros/support/message_guard.h"
 #include "ratslam_ros/support/status_updater.h"
 
 namespace ratslam {
@@ -29,6 +30,9 @@ class NodeDiagnostics {
   void add(const std::string& name, std::function<void(DiagnosticStatus&)> describe);
   /// The stream of images: rate, drops, delay, age. A warning if images were dropped or skipped since the last time.
   void addImages(const ImageSubscriber& images);
+
+  /// The messages that were dropped or lost. @param name  of the part
+  void addMessages(const std::string& name, const MessageGuard& messages);
 
   /// To be called once a second of wall time.
   void publish() { updater_.force_update(); }

@@ -45,6 +45,8 @@ class OdometrySubscriber {
   void start();
   /// To be called regularly. Warns about missing messages, and ends the waiting after sync_timeout.
   void watchStreams();
+  /// For diagnostics.
+  const MessageGuard& messages() const { return guard_; }
   const std::string& topic() const { return watch_.topic(); }
   /// Frame of the poses in the messages, without the leading slash of old tf names; empty before the first message.
   const std::string& frame() const { return frame_; }

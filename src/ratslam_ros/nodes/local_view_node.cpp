@@ -39,7 +39,8 @@ LocalViewNode::LocalViewNode(ros::NodeHandle handle, const ParameterMap& paramet
   }
   commands_.advertise(handle, topic("LocalView/Command"));
   gate_.emplace(handle, own, outputs_, params_.wait_for_subscribers, [this] { start(); });
-  guard_.publishCounts(handle);
+  diagnostics_.addMessages("messages", guard_);
+  if (stage_.needsOdometry()) diagnostics_.addMessages("odometry messages", odometry_.messages());
   diagnostics_.addImages(images_.subscriber());
   diagnostics_.add("places", [this](DiagnosticStatus& status) {
     status.summaryf(DiagnosticStatus::OK, "%zu templates", stage_.cells().size());

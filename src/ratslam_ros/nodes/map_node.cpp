@@ -54,6 +54,8 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
   subscribe();
   watch_timer_ =
       handle_.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
+  diagnostics_.addMessages("messages", guard_);
+  diagnostics_.addMessages("odometry messages", odometry_.messages());
   diagnostics_.add("map", [this](DiagnosticStatus& status) { reports_.describe(status, stage_); });
   rivals_.watchFrame(params_.base_frame);
   diagnostics_timer_ = handle_.createWallTimer(
@@ -64,7 +66,6 @@ void MapNode::subscribe() {
   const auto topic = [this](const char* name) { return topicName(params_.topic_root, name); };
   odometry_.start();
   decisions_watch_.start();
-  guard_.publishCounts(handle_);
   subscribers_.push_back(guard_.subscribe<ratslam_ros::PoseCellState>(
       handle_, topic("PoseCell/State"), 0, [this](const ratslam_ros::PoseCellState& message) {
         if (source_.takesState()) onDecision(message);

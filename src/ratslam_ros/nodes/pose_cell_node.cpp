@@ -44,6 +44,8 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
                 params_.wait_for_subscribers, [this] { start(); });
   watch_timer_ =
       handle.createWallTimer(ros::WallDuration(0.2), [this](const ros::WallTimerEvent&) { watch(); });
+  diagnostics_.addMessages("messages", guard_);
+  diagnostics_.addMessages("odometry messages", odometry_.messages());
   diagnostics_.add("streams", [this](DiagnosticStatus& status) { describe(status); });
   diagnostics_timer_ = handle.createWallTimer(ros::WallDuration(1.0),
                                               [this](const ros::WallTimerEvent&) { diagnostics_.publish(); });
@@ -66,7 +68,6 @@ PartActions PoseCellNode::actions() {
 void PoseCellNode::start() {
   odometry_.start();
   views_watch_.start();
-  guard_.publishCounts(handle_);
   view_subscriber_ = guard_.subscribe<ratslam_ros::ViewTemplate>(
       handle_, views_watch_.topic(), 0,
       [this](const ratslam_ros::ViewTemplate& message) { onView(message); });

@@ -69,6 +69,10 @@ void NodeDiagnostics::addImages(const ImageSubscriber& images) {
   });
 }
 
+void NodeDiagnostics::addMessages(const std::string& name, const MessageGuard& messages) {
+  add(name, [&messages](DiagnosticStatus& status) { messages.describe(status); });
+}
+
 void describeMap(DiagnosticStatus& status, const ExperienceGraph& graph) {
   const auto recalls =
       std::count_if(graph.links().begin(), graph.links().end(), [](const Link& link) { return link.recall; });

@@ -14,7 +14,6 @@ OdometrySubscriber::OdometrySubscriber(const ros::NodeHandle& handle, const std:
 
 void OdometrySubscriber::start() {
   watch_.start();
-  guard_.publishCounts(handle_, "odometry messages");
   quality_subscriber_ = guard_.subscribe<ratslam_ros::OdometryQuality>(
       handle_, watch_.topic() + "_quality", 0,
       [this](const ratslam_ros::OdometryQuality& message) { onQuality(message); });
