@@ -32,7 +32,8 @@ constexpr double normalFromHash(std::uint64_t hash) {
   return (static_cast<double>(sum) - 131070.0) * (1.7320508075688772 / 65536.0);
 }
 
-/// A sequence of random numbers for one object of the town.
+/// A sequence of random numbers for one object of the town. Each draw is a statement of its own, or an element of a list
+/// in braces: C++ leaves open in which order the arguments of a call and the operands of a sum are evaluated.
 class HashStream {
  public:
   explicit constexpr HashStream(std::uint64_t seed) : state_(mixBits(seed)) {}

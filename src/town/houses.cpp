@@ -18,7 +18,9 @@ class HouseBuilder {
     wall_ = random_.index(TextureLibrary::kWalls);
     finish_.brightness = static_cast<float>(random_.range(0.72, 1.18));
     finish_.stain_scale = 0.17F;
-    finish_.stain_offset = Eigen::Vector2d(random_.uniform(), random_.uniform()).cast<float>();
+    const double stain_v = random_.uniform();
+    const double stain_u = random_.uniform();
+    finish_.stain_offset = Eigen::Vector2d(stain_u, stain_v).cast<float>();
     shop_ = random_.chance(0.25);
     window_ = random_.index(TextureLibrary::kWindows);
   }
@@ -168,8 +170,9 @@ class HouseBuilder {
       const double width = random_.range(1.2, 3.5);
       const double right = random_.range(body_.right0, std::max(body_.right0, body_.right1 - width));
       const double up = random_.range(2.4, 2.9);
-      mesh_.addBox(frame_, {right, right + width, up, up + random_.range(0.5, 0.8), -0.15, 0.0},
-                   finishOf(textures_.sign(random_.index(TextureLibrary::kSigns))), 0.0);
+      const Finish sign = finishOf(textures_.sign(random_.index(TextureLibrary::kSigns)));
+      const double height = random_.range(0.5, 0.8);
+      mesh_.addBox(frame_, {right, right + width, up, up + height, -0.15, 0.0}, sign, 0.0);
     }
   }
 
@@ -242,7 +245,8 @@ void buildHouses(TownSite& site) {
           const double width = back_row ? random.range(14, 26) : random.range(7, 17);
           const double setback = back_row ? random.range(30, 46) : random.range(9.5, 11.5);
           const double depth = back_row ? random.range(10, 16) : random.range(7, 10.5);
-          const int storeys = back_row ? 3 + random.index(6) : 1 + random.index(2) + random.index(3);
+          int storeys = back_row ? 3 + random.index(6) : 1 + random.index(2);
+          if (!back_row) storeys += random.index(3);
           const double gap = random.chance(0.4) ? 0.05 : random.range(1.0, random.chance(0.15) ? 20.0 : 6.0);
           const std::uint64_t seed = random.next();
           const double middle = along + 0.5 * width;

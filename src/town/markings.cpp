@@ -81,8 +81,10 @@ void buildMarkings(TownSite& site) {
       if (random.chance(0.10)) {
         patch.texture = site.textures.asphalt(1 + random.index(TextureLibrary::kAsphalts - 1));
         patch.brightness = static_cast<float>(random.range(0.75, 1.1));
-        marker.addRectangle(sample, random.range(-4.0, 3.5), random.range(0.5, 2.2), random.range(0.8, 5.0),
-                            patch, TextureLibrary::kAsphaltMetres);
+        const double length = random.range(0.8, 5.0);
+        const double width = random.range(0.5, 2.2);
+        const double right = random.range(-4.0, 3.5);
+        marker.addRectangle(sample, right, width, length, patch, TextureLibrary::kAsphaltMetres);
       }
     }
   }

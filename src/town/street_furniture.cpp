@@ -171,10 +171,10 @@ void addTree(Mesh& mesh, const TextureLibrary& textures, const UprightFrame& fra
   const double start = random.range(0.0, 2.0 * kPi);
   for (int i = 0; i < 3; ++i) {
     const double angle = start + 2.0 * kPi * i / 3.0;
-    addCrownBlob(mesh, frame,
-                 {0.5 * crown * std::cos(angle), middle + random.range(-0.15, 0.25) * crown,
-                  0.5 * crown * std::sin(angle)},
-                 random.range(0.48, 0.62) * crown, leaves, random);
+    const double radius = random.range(0.48, 0.62) * crown;
+    const double up = middle + random.range(-0.15, 0.25) * crown;
+    addCrownBlob(mesh, frame, {0.5 * crown * std::cos(angle), up, 0.5 * crown * std::sin(angle)}, radius,
+                 leaves, random);
   }
 }
 

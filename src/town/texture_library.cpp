@@ -27,10 +27,13 @@ void TextureLibrary::paintGround(std::uint64_t seed) {
     Canvas canvas(1024, kTone[kind]);
     canvas.addNoise(8, 4, 9.0F, random.next());
     canvas.addNoise(64, 4, 20.0F, random.next(), 0.85F);
-    for (int stone = 0; stone < 1800; ++stone)  // light and dark chippings, 2 to 7 cm
-      canvas.fillDisc(random.uniform(), random.uniform(), random.range(0.0008, 0.0028),
-                      kTone[kind] + static_cast<float>(random.chance(0.5) ? random.range(25, 75)
-                                                                          : random.range(-60, -25)));
+    for (int stone = 0; stone < 1800; ++stone) {  // light and dark chippings, 2 to 7 cm
+      const double contrast = random.chance(0.5) ? random.range(25, 75) : random.range(-60, -25);
+      const double radius = random.range(0.0008, 0.0028);
+      const double y = random.uniform();
+      const double x = random.uniform();
+      canvas.fillDisc(x, y, radius, kTone[kind] + static_cast<float>(contrast));
+    }
     for (int crack = 0; crack < 14; ++crack) {
       double x = random.uniform();
       double y = random.uniform();
@@ -102,9 +105,9 @@ void TextureLibrary::paintObjects(std::uint64_t seed) {
       const double y = static_cast<double>(row) / kRows;
       for (int tile = 0; tile < kRows; ++tile) {
         const double x = (tile + 0.5 * (row % 2)) / kRows;
-        canvas.shadeRect(x, y, x + 1.0 / kRows, y + 1.0 / kRows,
-                         static_cast<float>(tone + random.range(-22, 40)),
-                         static_cast<float>(tone + random.range(-22, 40)), 0.0F);
+        const auto bottom = static_cast<float>(tone + random.range(-22, 40));
+        const auto top = static_cast<float>(tone + random.range(-22, 40));
+        canvas.shadeRect(x, y, x + 1.0 / kRows, y + 1.0 / kRows, top, bottom, 0.0F);
         canvas.fillRect(x, y, x + 0.008, y + 1.0 / kRows, 45.0F);
       }
       canvas.fillRect(0.0, y, 1.0, y + 0.014, 38.0F);
@@ -117,9 +120,13 @@ void TextureLibrary::paintObjects(std::uint64_t seed) {
     HashStream random(hashOf(seed, 20, static_cast<std::uint64_t>(kind)));
     Canvas canvas(256, static_cast<float>(random.range(42, 62)));
     canvas.addNoise(4, 3, 18.0F, random.next());
-    for (int leaf = 0; leaf < 2600; ++leaf)
-      canvas.fillDisc(random.uniform(), random.uniform(), random.range(0.004, 0.013),
-                      static_cast<float>(random.chance(0.3) ? random.range(8, 40) : random.range(55, 150)));
+    for (int leaf = 0; leaf < 2600; ++leaf) {
+      const double tone = random.chance(0.3) ? random.range(8, 40) : random.range(55, 150);
+      const double radius = random.range(0.004, 0.013);
+      const double y = random.uniform();
+      const double x = random.uniform();
+      canvas.fillDisc(x, y, radius, static_cast<float>(tone));
+    }
     const std::uint16_t added = add(canvas.texture());
     if (kind == 0) leaves_ = added;
   }

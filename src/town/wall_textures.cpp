@@ -40,8 +40,10 @@ Canvas paintBareWall(int wall, HashStream& random) {
       for (int patch = 0; patch < 5; ++patch) {
         const double x = random.uniform();
         const double y = random.uniform();
-        canvas.scaleRect(x, y, x + random.range(0.05, 0.2), y + random.range(0.05, 0.15),
-                         static_cast<float>(random.range(0.72, 1.2)));
+        const auto factor = static_cast<float>(random.range(0.72, 1.2));
+        const double height = random.range(0.05, 0.15);
+        const double width = random.range(0.05, 0.2);
+        canvas.scaleRect(x, y, x + width, y + height, factor);
       }
       break;
     case 2:  // ashlar
@@ -130,9 +132,13 @@ void addWindow(Canvas& canvas, WindowStyle style, HashStream& random) {
                     std::min(250.0F, style.trim_tone + 30.0F));
     canvas.scaleRect(x0 - 0.04, style.bottom + 0.025, x1 + 0.04, style.bottom + 0.05, 0.5F);
     if (random.chance(0.35))  // flowers
-      for (int i = 0; i < 60; ++i)
-        canvas.fillDisc(random.range(x0, x1), style.bottom - random.range(0.0, 0.05),
-                        random.range(0.005, 0.012), static_cast<float>(random.range(30, 220)));
+      for (int i = 0; i < 60; ++i) {
+        const auto tone = static_cast<float>(random.range(30, 220));
+        const double radius = random.range(0.005, 0.012);
+        const double y = style.bottom - random.range(0.0, 0.05);
+        const double x = random.range(x0, x1);
+        canvas.fillDisc(x, y, radius, tone);
+      }
   }
   if (style.shutters) {
     const auto tone = static_cast<float>(random.range(45, 120));
