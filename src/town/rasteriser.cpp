@@ -1,9 +1,11 @@
 #include "town/rasteriser.h"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
 #include <cmath>
-#include <thread>
+#include <memory>
+
+#include "ratslam/common/worker_pool.h"
 
 namespace ratslam {
 namespace {
@@ -87,15 +89,9 @@ RasterImage Rasteriser::draw(const std::vector<ScreenTriangle>& triangles,
       for (int column = triangles[i].x_first / kTile; column <= triangles[i].x_last / kTile; ++column)
         tiles[static_cast<std::size_t>(row * columns + column)].triangles.push_back(i);
 
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < tiles.size(); i = next++)
-      drawTile(tiles[i], triangles, R_world_camera, image);
-  };
-  std::vector<std::thread> helpers;
-  for (int i = 1; i < threads_; ++i) helpers.emplace_back(work);
-  work();
-  for (std::thread& helper : helpers) helper.join();
+  WorkerPool(threads_).run(static_cast<int>(tiles.size()), [&](int i) {
+    drawTile(tiles[static_cast<std::size_t>(i)], triangles, R_world_camera, image);
+  });
   return image;
 }
 

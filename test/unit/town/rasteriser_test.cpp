@@ -1,6 +1,7 @@
 #include "town/rasteriser.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <opencv2/imgproc.hpp>
 
@@ -17,12 +18,12 @@ class Scene {
       : camera_(camera), textures_(textures), shader_(textures_, camera) {}
   Mesh mesh;
   const TextureLibrary& textures() const { return textures_; }
-  RasterImage draw(const Eigen::Isometry3d& T_world_camera) const {
+  RasterImage draw(const Eigen::Isometry3d& T_world_camera, int threads = 1) const {
     std::vector<ScreenTriangle> triangles;
     for (const MeshTriangle& triangle : mesh.triangles())
       if (const auto screen = projectTriangle(triangle, T_world_camera.inverse(), camera_))
         triangles.push_back(*screen);
-    return Rasteriser(shader_, camera_, 1).draw(triangles, T_world_camera.linear().cast<float>(), true);
+    return Rasteriser(shader_, camera_, threads).draw(triangles, T_world_camera.linear().cast<float>(), true);
   }
 
  private:
@@ -44,6 +45,24 @@ const TownCamera kCamera = TownCamera::kittiLike(320, 240);
 Eigen::Vector2d projectPoint(const Eigen::Isometry3d& T_world_camera, const Eigen::Vector3d& point) {
   const Eigen::Vector3d p = T_world_camera.inverse() * point;
   return {kCamera.fx * p.x() / p.z() + kCamera.cx, kCamera.fy * p.y() / p.z() + kCamera.cy};
+}
+
+TEST_F(Rasterising, DrawsTheSamePictureWhereNoThreadCanBeStarted) {
+  Scene scene(kCamera, *textures_);
+  Finish finish;
+  finish.texture = scene.textures().planks();
+  scene.mesh.addBox(UprightFrame(0.0, 6.0, -1.0, 0.0, 1.0), {-1.0, 1.0, 0.0, 2.0, 0.0, 1.0}, finish, 1.0);
+  const cv::Mat alone = scene.draw(poseAt(0.0, 0.0, 0.0, 0.0)).grey;
+  pthread_attr_t usual;
+  pthread_attr_t huge;
+  ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
+  ASSERT_EQ(pthread_getattr_default_np(&huge), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&huge, std::size_t{1} << 50), 0);  // more than the system can give
+  ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
+  cv::Mat refused;
+  EXPECT_NO_THROW(refused = scene.draw(poseAt(0.0, 0.0, 0.0, 0.0), 4).grey);
+  ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
+  EXPECT_TRUE(equalBytes(alone, refused));
 }
 
 TEST_F(Rasterising, CoversTheAreaThatGeometrySays) {
