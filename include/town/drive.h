@@ -34,8 +34,8 @@ Drive planTownDrive(int frames);
 /// A drive along recorded poses. All of them make the road; the first `frames` (0: all) are driven.
 /// @param poses_file KITTI poses: 12 numbers a line, a 3x4 matrix by rows.
 /// @param times_file seconds, one a line; empty: 10 Hz.
-/// @throws std::invalid_argument naming file and line where one is missing, malformed, not a rigid motion, or
-/// where times do not increase.
+/// @throws std::invalid_argument naming file and line where one is malformed, not a rigid motion, or where times do not
+/// increase, lie outside [0, 4e9] s, or more than 1e6 s after the first. @throws std::runtime_error as readLines does
 Drive loadDrive(const std::string& poses_file, const std::string& times_file, int frames);
 
 /// Puts the camera of a recorded drive at its height above the town's road. When a drive returns to a place, the recorded

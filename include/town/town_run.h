@@ -19,7 +19,8 @@ using TownProgress = std::function<bool(int done, int total)>;
 
 /// Builds the town, drives through it and hands every frame to the sink.
 /// The frames are a function of the options alone; threads do not change them.
-/// @throws std::invalid_argument for bad options and trajectories; what the sink throws.
+/// @throws std::invalid_argument for bad options and trajectories; std::runtime_error if a trajectory cannot be read; what
+/// the sink throws.
 TownSummary runTown(const TownOptions& options, TownSink& sink, const TownProgress& progress);
 
 }  // namespace ratslam

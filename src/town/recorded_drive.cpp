@@ -1,38 +1,60 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
 #include "ratslam/common/params.h"
+#include "ratslam/common/text_file.h"
 #include "town/drive.h"
 
 namespace ratslam {
 namespace {
 
-[[noreturn]] void throwBadLine(const std::string& file, std::size_t line, const std::string& problem) {
+[[noreturn]] void throwBadLine(const std::string& file, int line, const std::string& problem) {
   throw std::invalid_argument(file + ": line " + std::to_string(line) + ": " + problem);
 }
 
-/// All lines of a file as numbers; empty lines at the end are skipped.
-std::vector<std::vector<double>> readNumbers(const std::string& file, std::size_t columns) {
-  std::ifstream in(file);
-  if (!in) throw std::invalid_argument(file + ": cannot be read");
-  std::vector<std::vector<double>> rows;
-  for (std::string text; std::getline(in, text);) {
-    std::istringstream line(text);
-    std::vector<double> row;
-    for (double value = 0.0; line >> value;) row.push_back(value);
-    if (row.empty() && line.eof()) continue;
-    if (!line.eof() || row.size() != columns)
-      throwBadLine(file, rows.size() + 1, "it must hold " + std::to_string(columns) + " numbers");
+struct Row {
+  int line = 0;
+  std::vector<double> numbers;
+};
+
+/// The lines of a file as numbers, without blank lines.
+std::vector<Row> readRows(const std::string& file, std::size_t columns) {
+  std::vector<Row> rows;
+  for (const TextLine& line : readLines(file)) {
+    std::istringstream words(line.text);
+    Row row{line.number, {}};
+    for (double value = 0.0; words >> value;) row.numbers.push_back(value);
+    if (!words.eof() || row.numbers.size() != columns)
+      throwBadLine(file, line.number, "it must hold " + std::to_string(columns) + " numbers");
     rows.push_back(std::move(row));
   }
   if (rows.empty()) throw std::invalid_argument(file + ": it holds no lines");
   return rows;
 }
 
-Eigen::Isometry3d poseFrom(const std::vector<double>& row, const std::string& file, std::size_t line) {
+/// Times of poses from the first one on. Their stamps increase, not only their digits.
+std::vector<Stamp> readTimes(const std::string& file) {
+  constexpr double kLatest = 4e9;        // [s], as Unix time the year 2096
+  constexpr Stamp kLongest = 1000000;    // [s], twelve days
+  constexpr Stamp kSecond = 1000000000;  // [ns]
+  std::vector<Stamp> stamps;
+  double first = 0.0;
+  for (const Row& row : readRows(file, 1)) {
+    const double time = row.numbers[0];
+    if (!(time >= 0.0 && time <= kLatest)) throwBadLine(file, row.line, "a time must lie within [0, 4e9] s");
+    if (stamps.empty()) first = time;
+    const Stamp stamp = stampFromSeconds(time - first);
+    if (!stamps.empty() && stamp <= stamps.back()) throwBadLine(file, row.line, "times must increase");
+    if (stamp > kLongest * kSecond) throwBadLine(file, row.line, "a drive must end within 1e6 s");
+    stamps.push_back(stamp);
+  }
+  return stamps;
+}
+
+Eigen::Isometry3d poseFrom(const Row& numbered, const std::string& file) {
+  const std::vector<double>& row = numbered.numbers;
   Eigen::Matrix3d rotation;
   rotation << row[0], row[1], row[2], row[4], row[5], row[6], row[8], row[9], row[10];
   const Eigen::Vector3d place(row[3], row[7], row[11]);
@@ -40,7 +62,7 @@ Eigen::Isometry3d poseFrom(const std::vector<double>& row, const std::string& fi
   if (!place.allFinite() ||
       !((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm() < 1e-2) ||
       !(rotation.determinant() > 0.0))
-    throwBadLine(file, line, "it is not a rigid motion (3x4 matrix, by rows)");
+    throwBadLine(file, numbered.line, "it is not a rigid motion (3x4 matrix, by rows)");
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
   pose.translation() = place;
@@ -79,28 +101,23 @@ constexpr double kSmoothing = 6.0;  // [m]
 
 Drive loadDrive(const std::string& poses_file, const std::string& times_file, int frames) {
   if (frames < 0) throwBadValue("frames", frames, "it must not be negative");
-  const std::vector<std::vector<double>> rows = readNumbers(poses_file, 12);
-  std::vector<double> times;
-  if (times_file.empty()) {
-    for (std::size_t i = 0; i < rows.size(); ++i) times.push_back(0.1 * static_cast<double>(i));
-  } else {
-    for (const auto& row : readNumbers(times_file, 1)) {
-      if (!std::isfinite(row[0]) || (!times.empty() && !(row[0] > times.back())))
-        throwBadLine(times_file, times.size() + 1, "times must increase");
-      times.push_back(row[0]);
-    }
-  }
   std::vector<Eigen::Isometry3d> poses;
-  for (const auto& row : rows) poses.push_back(poseFrom(row, poses_file, poses.size() + 1));
+  for (const Row& row : readRows(poses_file, 12)) poses.push_back(poseFrom(row, poses_file));
+  std::vector<Stamp> stamps;
+  if (times_file.empty()) {
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      stamps.push_back(stampFromSeconds(0.1 * static_cast<double>(i)));
+  } else {
+    stamps = readTimes(times_file);
+  }
   const std::size_t driven =
       frames == 0 ? poses.size() : std::min(poses.size(), static_cast<std::size_t>(frames));
-  if (times.size() < driven)
-    throw std::invalid_argument(times_file + ": it has " + std::to_string(times.size()) + " times for " +
+  if (stamps.size() < driven)
+    throw std::invalid_argument(times_file + ": it has " + std::to_string(stamps.size()) + " times for " +
                                 std::to_string(driven) + " poses");
 
   Drive drive;
-  for (std::size_t i = 0; i < driven; ++i)
-    drive.poses.push_back({stampFromSeconds(times[i] - times[0]), poses[i]});
+  for (std::size_t i = 0; i < driven; ++i) drive.poses.push_back({stamps[i], poses[i]});
   std::vector<double> heights;
   for (const auto& pose : poses) heights.push_back(-pose.translation().y() - kCameraHeight);
   heights = smoothAlong(wayAlong(poses), heights, kSmoothing);

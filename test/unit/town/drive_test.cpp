@@ -129,15 +129,31 @@ TEST(RecordedDrive, SaysWhatIsWrongWithItsFiles) {
     const std::string said = complaint([&] { loadDrive(poses, times, 0); });
     EXPECT_NE(said.find(expected), std::string::npos) << said;
   };
-  fails(folder / "none.txt", "", "none.txt: cannot be read");
+  EXPECT_THROW(loadDrive(folder / "none.txt", "", 0), std::runtime_error);
+  EXPECT_THROW(loadDrive(folder.path(), "", 0), std::runtime_error);
   fails(write("empty.txt", ""), "", "empty.txt: it holds no lines");
   fails(write("short.txt", poseLine(0, 0, 0) + "1 2 3\n"), "", "line 2: it must hold 12 numbers");
   fails(write("word.txt", "1 0 0 0 0 1 0 0 0 0 x 0\n"), "", "line 1: it must hold 12 numbers");
   fails(write("scaled.txt", "2 0 0 0 0 2 0 0 0 0 2 0\n"), "", "line 1: it is not a rigid motion");
   fails(good, write("few.txt", "0\n0.1\n"), "it has 2 times for 3 poses");
+  fails(write("gap.txt", poseLine(0, 0, 0) + "\n\n1 2 3\n"), "", "line 4: it must hold 12 numbers");
   fails(good, write("back.txt", "0\n0.2\n0.1\n"), "line 3: times must increase");
+  fails(good, write("same.txt", "0\n0.2\n0.2000000001\n"), "line 3: times must increase");  // in nanoseconds
+  fails(good, write("far.txt", "0\n0.2\n1e300\n"), "line 3: a time must lie within [0, 4e9] s");
+  fails(good, write("before.txt", "-1\n0.2\n1\n"), "line 1: a time must lie within [0, 4e9] s");
+  fails(good, write("long.txt", "5\n0.2e2\n2e6\n"), "line 3: a drive must end within 1e6 s");
   fails(write("still.txt", poseLine(0, 0, 0)), good, "must hold 1 numbers");
   EXPECT_EQ(loadDrive(good, write("times.txt", "5\n5.25\n6\n"), 2).poses.back().stamp, 250000000);
+  // As other systems write text.
+  EXPECT_EQ(loadDrive(good,
+                      write("bom.txt",
+                            "\xEF\xBB\xBF"
+                            "5\r\n5.25\r\n6\r\n"),
+                      2)
+                .poses.back()
+                .stamp,
+            250000000);
+  EXPECT_EQ(loadDrive(good, write("cr.txt", "5\r5.25\r6\r"), 2).poses.back().stamp, 250000000);
 }
 
 TEST(Footprints, OverlapOnlyWhenTheyShareGround) {
