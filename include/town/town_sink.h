@@ -36,7 +36,7 @@ struct TownFrame {
   cv::Mat image;                                                     ///< CV_8U
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();  ///< truth: x right, y down, z forward
   std::optional<OdometrySample> wheel;                               ///< if wheel odometry was requested
-  std::optional<GpsFix> gps;                                         ///< once a second
+  std::optional<GpsFix> gps;                                         ///< at least a second after the last
   std::vector<ImuSample> imu;                                        ///< since the frame before, 100 Hz
 };
 

@@ -140,7 +140,8 @@ Eigen::Vector3d DriveSensors::velocity(std::size_t frame) const {
 }
 
 GpsFix DriveSensors::gps(std::size_t frame) const {
-  const Eigen::Vector3d place = drive_.poses[frame].T_world_camera.translation();
+  const Eigen::Vector3d place =
+      drive_.poses[frame].T_world_camera.translation() - drive_.poses[0].T_world_camera.translation();
   HashStream random(hashOf(seed_, 2, frame));
   const double sigma = options_.gps_noise;
   Eigen::Vector3d enu(place.x(), place.z(), -place.y());

@@ -39,7 +39,7 @@ TownSummary runTown(const TownOptions& options, TownSink& sink, const TownProgre
     if (options.wheelOdometry()) frame.wheel = sensors.wheel(i);
     if (frame.stamp >= next_gps) {
       frame.gps = sensors.gps(i);
-      next_gps += stampFromSeconds(1.0);
+      next_gps = frame.stamp + stampFromSeconds(1.0);
     }
     frame.imu = sensors.imu(i);
     sink.add(frame);

@@ -90,6 +90,40 @@ TEST(TownRun, EndsEarlyWhenTold) {
   EXPECT_EQ(sink.finished, 1);
 }
 
+/// A drive straight ahead from a place that is not the origin, at the given times.
+TownOptions recordedOptions(const TemporaryFolder& folder, const std::vector<double>& times) {
+  std::ofstream poses(folder / "poses.txt");
+  std::ofstream stamps(folder / "times.txt");
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    poses << "1 0 0 300 0 1 0 -20 0 0 1 " << 500.0 + 0.5 * static_cast<double>(i) << "\n";
+    stamps << times[i] << "\n";
+  }
+  TownOptions options = smallOptions(-1);
+  options.trajectory = folder / "poses.txt";
+  options.times = folder / "times.txt";
+  return options;
+}
+
+TEST(TownRun, GpsComesOnceASecondAfterAGapToo) {
+  const TemporaryFolder folder;
+  const MemorySink sink = run(recordedOptions(folder, {0.0, 0.5, 1.0, 6.1, 6.5, 7.0, 7.2, 7.6, 8.3}));
+  std::vector<Stamp> fixes;  // [ms]
+  for (const TownFrame& frame : sink.frames)
+    if (frame.gps) fixes.push_back(frame.stamp / 1000000);
+  EXPECT_EQ(fixes, (std::vector<Stamp>{0, 1000, 6100, 7200, 8300}));
+}
+
+TEST(TownRun, TheFirstPoseLiesAtTheOrigin) {
+  const TemporaryFolder folder;
+  const TownOptions options = recordedOptions(folder, {0.0, 1.0});
+  const MemorySink sink = run(options);
+  ASSERT_TRUE(sink.frames[0].gps);
+  EXPECT_NEAR(sink.frames[0].gps->latitude, options.origin[0], 1e-10);
+  EXPECT_NEAR(sink.frames[0].gps->longitude, options.origin[1], 1e-10);
+  EXPECT_NEAR(sink.frames[0].gps->altitude, options.origin[2], 1e-6);
+  EXPECT_NEAR(sink.frames[1].gps->latitude, options.origin[0] + 0.5 / 111000.0, 1e-7);
+}
+
 TEST(Sensors, NoiseHasTheAskedDeviationAndNoMean) {
   const cv::Mat grey(200, 200, CV_32F, cv::Scalar(120.0));
   cv::Mat deviation;
