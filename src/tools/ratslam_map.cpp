@@ -163,9 +163,9 @@ void exportStretches(std::ostream& first, const std::string& path,
     std::cout << name << ": stretch " << number + 1 << " of " << stretches.size()
               << ", whose stamps go back behind those before\n";
   }
-  std::error_code ignored;  // a file of an earlier export that cannot be removed stays
-  for (std::size_t number = stretches.size(); std::filesystem::remove(stretchName(path, number), ignored);
-       ++number) {
+  // Another file of such a name may be anybody's, even the map that is exported.
+  for (std::size_t number = stretches.size(); std::filesystem::exists(stretchName(path, number)); ++number) {
+    std::cout << stretchName(path, number) << ": lies there already and is no stretch of this map\n";
   }
 }
 
