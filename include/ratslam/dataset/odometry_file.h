@@ -13,12 +13,15 @@ namespace ratslam {
 
 /// Reads odometry from a CSV file with the columns frame,stamp,linear_x,angular_z. Their names are in the first line;
 /// their order does not matter, and more columns are allowed. If the odometry has poses, further columns hold the 3x4
-/// matrix [R|t]: r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z (all or none). Optional columns, which may be empty:
+/// matrix [R|t]: r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z. Optional columns, which may be empty:
 ///
+///     linear_y                                       motion to the left, which is not used and may be warned about
 ///     cov_11 ... cov_66                              covariance of the twist, row by row
 ///     unit_anchor,unit_walk,epoch,bridged            UnitOfLength, epoch, 1 where the motion was predicted
 ///     correction_from,correction_to,correction_way,correction_r11 ... correction_z,
 ///     correction_cov_11 ... correction_cov_66        correction_way has "STAMP r11 ... z;" for each pose
+///
+/// The columns of one line, and those of the poses, are all there or none of them is.
 ///
 /// @throws std::runtime_error naming file, line and reason
 std::vector<OdometrySample> readOdometryCsv(const std::string& path);

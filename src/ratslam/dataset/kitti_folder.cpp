@@ -81,9 +81,11 @@ Projection readProjection(const std::string& path, int camera_number) {
   throw std::runtime_error(path + ": no line 'P" + number + ":' with the 12 numbers of a 3x4 matrix");
 }
 
-/// Number of a KITTI camera: the last digit of the folder's name; 0 if there is none.
+/// Number of a KITTI camera: the last digit of the folder's name, which a shell may have completed by a slash; 0 if there
+/// is none.
 int cameraNumber(const std::string& image_folder) {
-  const char last = image_folder.empty() ? '0' : image_folder.back();
+  const std::size_t end = image_folder.find_last_not_of('/');
+  const char last = end == std::string::npos ? '0' : image_folder[end];
   return last >= '0' && last <= '9' ? last - '0' : 0;
 }
 

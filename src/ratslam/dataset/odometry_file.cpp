@@ -21,6 +21,7 @@ const std::vector<std::string> kPoseColumns{"r11", "r12", "r13", "x",   "r21", "
                                             "r23", "y",   "r31", "r32", "r33", "z"};
 const std::vector<std::string> kQualityColumns{"unit_anchor", "unit_walk", "epoch", "bridged"};
 const char* const kConstantColumn = "unit_constant";
+const std::vector<std::string> kCorrectionColumns{"correction_from", "correction_to", "correction_way"};
 
 std::vector<std::string> prefixed(const std::string& prefix, const std::vector<std::string>& names) {
   std::vector<std::string> result;
@@ -54,10 +55,13 @@ class Columns {
   bool has(const std::string& name) const {
     return std::find(names_.begin(), names_.end(), name) != names_.end();
   }
-  /// Indices of columns; empty if the first one is missing. @throws if only some of them exist
+  /// Indices of columns; empty if there is none of them. @throws if only some of them exist
   std::vector<std::size_t> find(const std::vector<std::string>& names) const {
     std::vector<std::size_t> found;
-    if (!has(names.front())) return found;
+    // A file of others may have an x and a y of its own.
+    const bool any = std::any_of(names.begin(), names.end(),
+                                 [this](const std::string& name) { return name.size() > 1 && has(name); });
+    if (!any) return found;
     for (const std::string& name : names) {
       const auto column = std::find(names_.begin(), names_.end(), name);
       if (column == names_.end()) throw std::runtime_error(path_ + ":1: has no column named " + name);
@@ -81,6 +85,14 @@ class Columns {
     if (!parseNumber(word(column), value)) complain(column, "a finite number");
     return value;
   }
+  /// A number that may be inf or nan: covariances of that kind are replaced, and counted, by whoever uses the sample.
+  double anyNumber(std::size_t column) const {
+    const std::string text = word(column);
+    char* end = nullptr;
+    const double value = toNumber(text.c_str(), &end);
+    if (text.empty() || *end != '\0') complain(column, "a number");
+    return value;
+  }
   std::uint32_t count(std::size_t column) const {
     const double value = number(column);
     if (value < 0.0 || value > 4294967295.0 || value != std::floor(value)) {
@@ -93,6 +105,7 @@ class Columns {
     if (!stamp || *stamp < 0 || *stamp > kLatestStamp) complain(column, "a time in seconds, 0 to 2^32");
     return *stamp;
   }
+  const std::string& path() const { return path_; }
   std::string word(std::size_t column) const { return column < words_.size() ? words_[column] : ""; }
   [[noreturn]] void fail(const std::string& reason) const {
     throw std::runtime_error(path_ + ":" + std::to_string(number_) + ": " + reason);
@@ -124,9 +137,9 @@ Eigen::Isometry3d readPose(const Columns& columns, const std::vector<std::size_t
 }
 
 TwistCovariance readCovariance(const Columns& columns, const std::vector<std::size_t>& at) {
-  TwistCovariance covariance;
+  TwistCovariance covariance = TwistCovariance::Zero();
   for (std::size_t i = 0; i < at.size(); ++i)
-    covariance(static_cast<int>(i) / 6, static_cast<int>(i) % 6) = columns.number(at[i]);
+    covariance(static_cast<int>(i) / 6, static_cast<int>(i) % 6) = columns.anyNumber(at[i]);
   return covariance;
 }
 
@@ -159,9 +172,14 @@ struct SampleColumns {
         covariance(columns.find(covarianceColumns("cov_"))),
         quality(columns.find(kQualityColumns)),
         unit_constant(columns.find({kConstantColumn})),
-        correction(columns.find({"correction_from", "correction_to", "correction_way"})),
+        correction(columns.find(kCorrectionColumns)),
         correction_motion(columns.find(prefixed("correction_", kPoseColumns))),
-        correction_covariance(columns.find(covarianceColumns("correction_cov_"))) {}
+        correction_covariance(columns.find(covarianceColumns("correction_cov_"))) {
+    if (!correction.empty() && (correction_motion.empty() || correction_covariance.empty())) {
+      throw std::runtime_error(columns.path() + ":1: has no column named " +
+                               (correction_motion.empty() ? "correction_r11" : "correction_cov_11"));
+    }
+  }
 
   OdometrySample read(const Columns& columns) const {
     OdometrySample sample;
@@ -200,7 +218,7 @@ struct SampleColumns {
   }
 
   std::vector<std::size_t> required;
-  std::vector<std::size_t> sideways;  ///< only in files of others
+  std::vector<std::size_t> sideways;
   std::vector<std::size_t> pose;
   std::vector<std::size_t> covariance;
   std::vector<std::size_t> quality;
@@ -214,12 +232,14 @@ struct SampleColumns {
 struct SampleParts {
   explicit SampleParts(const std::vector<OdometrySample>& samples) {
     for (const OdometrySample& sample : samples) {
+      sideways = sideways || sample.sideways != 0.0;
       pose = pose && sample.pose;
       covariance = covariance || sample.covariance;
       quality = quality || sample.unit || sample.epoch != 0 || sample.bridged;
       correction = correction || sample.correction;
     }
   }
+  bool sideways = false;
   bool pose = true;
   bool covariance = false;
   bool quality = false;
@@ -301,6 +321,7 @@ void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& sam
   const SampleParts parts(samples);
   const auto precision = file.precision(std::numeric_limits<double>::max_digits10);
   file << "frame,stamp,linear_x,angular_z";
+  if (parts.sideways) file << ",linear_y";
   if (parts.pose) writeNames(file, kPoseColumns);
   if (parts.covariance) writeNames(file, covarianceColumns("cov_"));
   if (parts.quality) {
@@ -308,7 +329,7 @@ void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& sam
     writeNames(file, {kConstantColumn});
   }
   if (parts.correction) {
-    writeNames(file, {"correction_from", "correction_to", "correction_way"});
+    writeNames(file, kCorrectionColumns);
     writeNames(file, prefixed("correction_", kPoseColumns));
     writeNames(file, covarianceColumns("correction_cov_"));
   }
@@ -316,6 +337,7 @@ void writeOdometryCsv(std::ostream& file, const std::vector<OdometrySample>& sam
   for (std::size_t frame = 0; frame < samples.size(); ++frame) {
     const OdometrySample& sample = samples[frame];
     file << frame << ',' << formatStamp(sample.stamp) << ',' << sample.speed << ',' << sample.yaw_rate;
+    if (parts.sideways) file << ',' << sample.sideways;
     if (parts.pose) writeRows(file, &sample.pose->matrix(), 3);
     if (parts.covariance) writeRows(file, sample.covariance ? &*sample.covariance : nullptr, 6);
     if (parts.quality) writeQuality(file, sample);

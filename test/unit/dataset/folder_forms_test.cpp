@@ -1,8 +1,10 @@
 // Folders as people have them: names without zeros, files of foreign systems, missing images, clocks set back.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 
 #include "ratslam/dataset/clock.h"
@@ -127,6 +129,7 @@ TEST_F(FolderFormsTest, TheCameraIsFoundWhereverItStandsAndReadOnlyWhenAskedFor)
   }
   write("calib.txt", "P0: 50 0 31 0 0 51 23 0 0 0 1 0\nP2: 70 0 31 0 0 71 23 0 0 0 1 0\n");
   EXPECT_EQ(KittiFolder(folder_.string(), "image_2").camera()->fx, 70.0);
+  EXPECT_EQ(KittiFolder(folder_.string(), "image_2/").camera()->fx, 70.0) << "as a shell completes it";
   write("calib.txt", "P0: 100 0 62 0 0 102 46 0 0 0 1 0\n");
   EXPECT_NE(KittiFolder(folder_.string()).camera()->doubt().value().find("(62, 46)"), std::string::npos);
   KittiFolder folder(folder_.string());
@@ -258,6 +261,20 @@ TEST_F(FolderFormsTest, WordsOfACsvFileMayBeQuoted) {
   EXPECT_EQ(samples[1].yaw_rate, 0.2);
 }
 
+TEST_F(FolderFormsTest, OdometryOfARunIsReadAgainWhateverCameWithIt) {
+  OdometrySample sample;
+  sample.speed = 1.0;
+  sample.sideways = -0.3;
+  sample.covariance = TwistCovariance::Constant(std::numeric_limits<double>::infinity());
+  (*sample.covariance)(5, 5) = std::numeric_limits<double>::quiet_NaN();
+  const std::string path = (folder_ / "o.csv").string();
+  writeOdometryCsv(path, {sample});
+  const OdometrySample back = readOdometryCsv(path).at(0);
+  EXPECT_EQ(back.sideways, -0.3);
+  EXPECT_EQ((*back.covariance)(0, 3), std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isnan((*back.covariance)(5, 5)));
+}
+
 TEST_F(FolderFormsTest, OdometryThatIsNoneIsNamed) {
   const auto refused = [&](const std::string& content, const std::vector<std::string>& words) {
     write("o.csv", content);
@@ -283,6 +300,12 @@ TEST_F(FolderFormsTest, OdometryThatIsNoneIsNamed) {
   refused(
       "stamp,linear_x,angular_z,r11,r12,r13,x,r21,r22,r23,y,r31,r32,r33,z\n0,0,0,2,0,0,0,0,2,0,0,0,0,2,0\n",
       {"o.csv:2: r11 to r33 are no rotation matrix"});
+  refused("stamp,linear_x,angular_z,x,z\n0,1,0,9,9,9\n",
+          {"6 values under 5 columns"});  // x and z are of others
+  refused("stamp,linear_x,angular_z,r12,x\n0,1,0,0,0\n", {"o.csv:1: has no column named r11"});
+  refused("stamp,linear_x,angular_z,bridged\n0,1,0,1\n", {"o.csv:1: has no column named unit_anchor"});
+  refused("stamp,linear_x,angular_z,correction_from,correction_to,correction_way\n0,1,0,0,1,\n",
+          {"o.csv:1: has no column named correction_r11"});
   write("o.csv", "\xEF\xBB\xBF stamp , linear_x,angular_z \r\n 0.5 , 1,2\r\n\r\n");
   const auto samples = readOdometryCsv((folder_ / "o.csv").string());
   ASSERT_EQ(samples.size(), 1U);
