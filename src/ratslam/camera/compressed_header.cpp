@@ -92,7 +92,13 @@ CompressedHeader readCompressedHeader(const std::uint8_t* data, std::size_t size
   if (isPng(bytes)) {
     constexpr std::uint32_t kHeader = 0x49484452;  // IHDR
     if (bytes.at(12, 4) != kHeader) throw BadImage("corrupt compressed image: a PNG without its header");
-    return {bytes.at(16, 4), bytes.at(20, 4)};
+    const CompressedHeader header{bytes.at(16, 4), bytes.at(20, 4)};
+    constexpr std::uint32_t kMost = 0x7FFFFFFF;  // as PNG has it
+    if (header.width > kMost || header.height > kMost) {
+      throw BadImage("corrupt compressed image: a PNG of " + std::to_string(header.width) + "x" +
+                     std::to_string(header.height) + " pixels, which may be 2147483647 at most");
+    }
+    return header;
   }
   throw BadImage("corrupt compressed image: " + std::to_string(size) +
                  " bytes that are neither JPEG nor PNG");

@@ -109,9 +109,13 @@ TEST(CompressedDecoding, OnlyJpegAndPngReachADecoder) {
 }
 
 TEST(CompressedDecoding, IsMeasuredFirst) {
-  const Bytes png = encoded(".png", cv::Mat(3000, 4000, CV_8UC1, cv::Scalar(0)));
+  Bytes png = encoded(".png", cv::Mat(3000, 4000, CV_8UC1, cv::Scalar(0)));
   EXPECT_EQ(measureCompressed(png.data(), png.size()), cv::Size(4000, 3000));
   const std::string why = refusal([&] { decodeCompressed(png.data(), png.size(), ImageLimits{11999999}); });
+  png[16] = 0xFF;
+  EXPECT_NE(
+      refusal([&] { measureCompressed(png.data(), png.size()); }).find("a PNG of 4278194080x3000 pixels"),
+      std::string::npos);
   EXPECT_NE(why.find("4000x3000"), std::string::npos) << why;
   EXPECT_NE(why.find("image_max_pixels"), std::string::npos) << why;
   const Bytes jpeg = encoded(".jpg", gradient(CV_8UC3));
