@@ -52,6 +52,8 @@ LoadedFrames::LoadedFrames(const State& state, const CameraModel& camera, const 
       throw std::runtime_error("state " + saved.path() + "/pixels: " + std::to_string(pixels.size()) +
                                " places for " + std::to_string(frame->features.size()) + " features");
     }
+    if (!std::all_of(pixels.begin(), pixels.end(), [](const auto& pixel) { return pixel.allFinite(); }))
+      throw std::runtime_error("state " + saved.path() + "/pixels: a place is not finite");
     placeFeatures(*frame, pixels);
     saved.get("features_outdated", frame->features_outdated);
     saved.get("T_camera_world", frame->T_camera_world);
