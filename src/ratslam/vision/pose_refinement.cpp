@@ -53,7 +53,7 @@ Matrix6 clusteredCovariance(const CameraModel& camera, const PoseEstimate& estim
                             const std::vector<PoseObservation>& observations, const RobustLoss& loss,
                             const Matrix6& inverse_hessian) {
   const auto cell_of = [](double at, int size, int cells) {
-    return std::clamp(static_cast<int>(at * cells / std::max(size, 1)), 0, cells - 1);
+    return static_cast<int>(std::clamp(at * cells / std::max(size, 1), 0.0, cells - 1.0));
   };
   std::array<std::vector<PoseObservation>, kColumns * kRows> cells;
   for (const PoseObservation& observation : observations) {
