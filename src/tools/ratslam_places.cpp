@@ -203,6 +203,11 @@ void askSecondPass(const Options& options, const Parameters& params, std::ostrea
     places.moveOn(view);
     write(out, frame, places.ask(view, learned_frames));
   }
+  if (options.starts > views.size() && !views.empty()) {
+    throw std::runtime_error("--starts: value " + std::to_string(options.starts) +
+                             " is not allowed: " + options.passes[1] + " has " +
+                             std::to_string(views.size()) + " images to start at");
+  }
   for (std::size_t start = 0; start < options.starts; ++start) {
     const std::size_t first = start * views.size() / options.starts;
     places.wakeUp();
