@@ -9,7 +9,9 @@ namespace {
 
 std::string textOf(const py::handle& value) {
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
-  if (py::isinstance<py::float_>(value)) return py::repr(value).cast<std::string>();
+  // repr keeps all digits; that of numpy's own numbers has letters around them.
+  if (py::isinstance<py::float_>(value))
+    return py::repr(py::float_(value.cast<double>())).cast<std::string>();
   return py::str(value).cast<std::string>();
 }
 
@@ -47,14 +49,15 @@ Stamp stampFrom(const py::object& stamp) {
   if (py::isinstance(stamp, number.attr("Integral"))) {
     int beyond = 0;
     const Stamp nanoseconds = PyLong_AsLongLongAndOverflow(py::int_(stamp).ptr(), &beyond);
-    if (beyond == 0) return nanoseconds;
+    if (beyond == 0 && std::abs(static_cast<double>(nanoseconds)) <= kLatest_s * kNanoseconds)
+      return nanoseconds;
   }
   if (py::isinstance(stamp, number.attr("Real"))) {
     const double seconds = py::float_(stamp).cast<double>();
     if (std::abs(seconds) <= kLatest_s) return static_cast<Stamp>(std::llround(seconds * kNanoseconds));
   }
   throw std::invalid_argument("stamp: value " + py::str(stamp).cast<std::string>() +
-                              " is not allowed: an int counts nanoseconds, a float seconds");
+                              " is not allowed: an int counts nanoseconds, a float seconds, up to 9e9 s");
 }
 
 cv::Mat imageFrom(const py::array& array) {

@@ -47,8 +47,8 @@ py::dict dictionaryOf(Params params) {
 /// An int counts nanoseconds, a float seconds. @throws std::invalid_argument for anything else
 Stamp stampFrom(const py::object& stamp);
 
-/// An image without a copy: (rows, columns) of uint8 or uint16, grey; or (rows, columns, 3) of uint8, BGR as in OpenCV.
-/// Any strides; an array that is not contiguous is copied.
+/// A copy of an image: (rows, columns) of uint8 or uint16, grey; or (rows, columns, 3) of uint8, BGR as in OpenCV.
+/// Any strides.
 /// @throws std::invalid_argument naming shape and type of any other array
 cv::Mat imageFrom(const py::array& array);
 
