@@ -72,6 +72,8 @@ def test_places_are_not_written_over_what_is_read(program, short, tmp_path):  # 
         refused = said_by(places, recording, "--min-gap", "5", "--config", config, "--out", out)
         assert refused.returncode == 1 and "--out: value" in refused.stdout, refused.stdout
     assert (recording / "times.txt").read_text() == times and config.read_text().startswith("template")
+    often = said_by(places, recording, recording, "--starts", "31", "--config", config, "--out", tmp_path / "starts.csv")
+    assert often.returncode == 1 and "--starts: value 31 is not allowed" in often.stdout, often.stdout
     vain = said_by(places, recording, "--min-gap", "30", "--config", config, "--out", tmp_path / "places.csv")
     assert vain.returncode == 1 and "it has 30 images" in vain.stdout, vain.stdout
     assert not (tmp_path / "places.csv").exists()
@@ -142,7 +144,9 @@ def test_a_second_day_is_exported_in_stretches(program, short, tmp_path):  # noq
     drive_map = tmp_path / "drive.db"
     assert run(program, short, tmp_path / "one", "--save-map", drive_map).returncode == 0
     assert run(program, short, tmp_path / "two", "--load-map", drive_map, "--save-map", drive_map).returncode == 0
+    (tmp_path / "days_3.tum").write_text("of another map")
     done = said_by(beside(program, "ratslam_map"), "export", drive_map, "--format", "tum", "-o", tmp_path / "days.tum")
+    assert "days_3.tum: lies there already" in done.stdout and (tmp_path / "days_3.tum").exists(), done.stdout
     assert done.returncode == 0 and "days_2.tum: stretch 2 of 2" in done.stdout, done.stdout
     for name, of_run in (("days.tum", "trajectory_final.tum"), ("days_2.tum", "trajectory_final_2.tum")):
         # The run goes on to settle its map once it has saved it.
