@@ -21,7 +21,7 @@ struct PixelFormat {
 /// than 8-bit mono, BGR, RGB, BGRA, RGBA (their order does not matter to the mean) and 16-bit mono.
 PixelFormat pixelFormat(const cv::Mat& image);
 
-/// Luminance in 8 bits, for corners and patches. Of 16 bits the upper 8 are taken. Colours are in the order blue,
+/// Luminance in 8 bits, for corners and patches. 16 bits are scaled to 8 (value / 257, rounded). Colours are in the order blue,
 /// green, red (ITU-R BT.601). A grey 8-bit image is returned without a copy: the memory is shared.
 /// @throws std::invalid_argument as pixelFormat does
 cv::Mat eightBitGrey(const cv::Mat& image);

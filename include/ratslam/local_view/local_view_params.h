@@ -75,7 +75,9 @@ struct LocalViewParams {
           "blocks: largest mean difference between a view and the template it recalls");
     visit("vt_shift_match", shift_match, Bounds{0, 1024},
           "largest shift to either side of a forward camera's view [template columns]");
-    visit("vt_step_match", step_match, Bounds{1, 1024}, "step between compared shifts [template columns]");
+    visit("vt_step_match", step_match, Bounds{1, 1024},
+          "step between compared shifts [template columns]; it must divide vt_shift_match for unshifted "
+          "views to be compared");
     visit("vt_panoramic", panoramic, Bounds{0, 1},
           "the image goes all round: its last column adjoins its first");
     visit("vt_descriptor", descriptor, Bounds{},

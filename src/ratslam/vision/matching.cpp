@@ -12,7 +12,8 @@ constexpr double kLevelTolerance = 1.5;  // ratio of a feature's scale to the pr
 
 const FeatureKernels& kernels = featureKernels();
 
-/// The most similar of the descriptors that were shown one after the other.
+/// The most similar of the descriptors that were shown one after the other. What is farther than the most distance
+/// counts as a rival just beyond it, so that a lone match must be as distinct as any other.
 class MostSimilar {
  public:
   explicit MostSimilar(int most_distance) : least_(most_distance + 1) {}
