@@ -3,7 +3,9 @@
 import argparse
 import math
 import os
+import signal
 import sys
+import threading
 
 
 class InputError(Exception):
@@ -28,7 +30,9 @@ def require_effect(holds: bool, why: str, **options) -> None:
 
 
 def run_main(main_function, argv=None) -> int:
-    """Calls `main_function(argv)` and returns the process's exit status (0, or 1 after one clear line)."""
+    """Calls `main_function(argv)` and returns the process's exit status (0, 1 after one clear line, or 128 and the number of the
+    signal that ended it)."""
+    _hear_requests_to_end()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a file's name need not be text of the terminal's encoding
@@ -40,9 +44,9 @@ def run_main(main_function, argv=None) -> int:
     except InputError as error:
         print(f"error: {one_line(error)}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as request:
         print("interrupted", file=sys.stderr)
-        return 130
+        return 128 + (request.args[0] if request.args else signal.SIGINT)
     except BrokenPipeError:
         # The reader of a pipe (head, less) has ended. That is no error, and nothing more can be printed.
         sys.stderr.close()
@@ -57,15 +61,31 @@ def run_main(main_function, argv=None) -> int:
     return 0
 
 
+def _hear_requests_to_end() -> None:
+    """Makes SIGTERM and SIGHUP end a command as Ctrl-C does: the programs that it has started are stopped, and files that are
+    not complete are removed. A signal that is ignored, as nohup leaves it, remains so."""
+
+    def interrupt(number, _):
+        raise KeyboardInterrupt(number)
+
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) == signal.SIG_DFL:
+                signal.signal(number, interrupt)
+
+
+MAY_BE_EMPTY = ("--root", "--topic-root")  # names of topics may begin with nothing
+
+
 def _require_words(words) -> None:
-    """@throws InputError for an empty argument, which mostly is a variable of the shell that is not set. The option --root
-    may be empty, and what follows `--` is for another program to judge.
+    """@throws InputError for an empty argument, which mostly is a variable of the shell that is not set. The options of
+    MAY_BE_EMPTY are exempt, and what follows `--` is for another program to judge.
     """
     own = list(words[: words.index("--")] if "--" in words else words)
     for before, word in zip(["", *own], own):
-        if word == "" and before != "--root":
+        if word == "" and before not in MAY_BE_EMPTY:
             raise InputError(f"{before}: the word behind it is empty" if before else "the first argument is empty")
-        if word.startswith("--") and word.endswith("=") and word != "--root=":
+        if word.startswith("--") and word.endswith("=") and word[:-1] not in MAY_BE_EMPTY:
             raise InputError(f"{word[:-1]}: its value is empty")
 
 

@@ -94,3 +94,15 @@ def test_what_is_no_configuration_of_rviz_is_refused_in_one_line(content, tmp_pa
 def test_without_rviz_its_package_is_named(fails, monkeypatch):
     monkeypatch.setenv("PATH", "/nowhere")
     assert "apt install rviz" in fails("open_rviz", os.path.join(SOURCE, "config", "rviz", "ratslam.rviz"))
+
+
+@pytest.mark.parametrize("words", [("--topic-root", ""), ("--topic-root=",)])
+def test_topics_may_have_no_root(words, tmp_path, run, monkeypatch):
+    """ratslam.launch always passes its argument root, which is empty by default."""
+    (tmp_path / "rviz").write_text('#!/bin/sh\ncat "$2"\n')
+    (tmp_path / "rviz").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    shown = run("open_rviz", os.path.join(SOURCE, "config", "rviz", "ratslam.rviz"), "--scale", "1", *words)
+    assert shown.returncode == 0, shown.stderr
+    assert "ExperienceMap/MapMarker" in all_topics(yaml.safe_load(shown.stdout))
