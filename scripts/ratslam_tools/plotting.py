@@ -5,7 +5,7 @@ import os
 
 import numpy as np
 
-from ratslam_tools import text_file
+from ratslam_tools import output_file, text_file
 from ratslam_tools.errors import InputError, one_line
 
 TRUTH, ONLINE, FINAL, LINK = "0.35", "#d98c00", "#0060a8", "#c0392b"
@@ -69,17 +69,11 @@ def finish(pyplot, figure, path=None, show: bool = False, dpi: int = 130) -> Non
     """Saves and/or shows a figure and closes it. @throws InputError if the file cannot be written."""
     if path:
         text_file.require_replaceable(path)
-        whole = os.path.realpath(path)
-        part = whole + ".part"  # it gets its name when it is complete
         try:
-            with open(part, "wb") as file:
+            with output_file.writing(path, "wb", "the figure ") as file:
                 figure.savefig(file, dpi=dpi, format=os.path.splitext(path)[1][1:].lower())
-            os.replace(part, whole)
-        except (OSError, ValueError) as error:
-            if os.path.isfile(part):
-                os.unlink(part)
-            reason = getattr(error, "strerror", None) or one_line(error)
-            raise InputError(f"{path}: the figure cannot be written: {reason}") from None
+        except ValueError as error:
+            raise InputError(f"{path}: the figure cannot be written: {one_line(error)}") from None
     if show:
         pyplot.show()
     pyplot.close(figure)

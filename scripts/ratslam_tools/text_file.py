@@ -1,4 +1,4 @@
-"""Reading of text files from any system, and atomic writing.
+"""Reading of text files from any system, and writing.
 
 Accepted are a byte order mark, the line endings of any system, and single bytes of another encoding (a name in
 Latin-1 among numbers). A file that is no text is refused.
@@ -10,6 +10,7 @@ import stat
 from contextlib import contextmanager
 from typing import Iterable, Iterator, List, Optional, Tuple
 
+from ratslam_tools import output_file
 from ratslam_tools.errors import InputError
 
 PIECE = 1 << 20  # bytes
@@ -125,17 +126,5 @@ def writing(path: str, newline=None):
     @throws InputError if it cannot be written, or as require_replaceable.
     """
     require_replaceable(path)
-    whole = os.path.realpath(path)
-    in_place = os.path.exists(whole) and not os.path.isfile(whole)  # /dev/stdout, a pipe
-    part = whole if in_place else whole + ".part"
-    try:
-        with open(part, "w", encoding="utf-8", errors="surrogateescape", newline=newline) as file:
-            yield file
-        if not in_place:
-            os.replace(part, whole)
-    except BaseException as error:
-        if not in_place and os.path.isfile(part):
-            os.unlink(part)
-        if isinstance(error, OSError) and error.filename in (part, None):
-            raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-        raise
+    with output_file.writing(path, "w", encoding="utf-8", errors="surrogateescape", newline=newline) as file:
+        yield file

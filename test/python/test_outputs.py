@@ -1,5 +1,6 @@
 """Files that the commands write: none that is read is overwritten, none is left half, and empty words are refused."""
 
+import json
 import os
 import resource
 import subprocess
@@ -9,6 +10,8 @@ import pytest
 
 from conftest import SCRIPTS
 from run_fixtures import folder  # noqa: F401  (fixture)
+from ratslam_tools import text_file
+from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import frames, write_kitti, write_tum
 
 
@@ -88,6 +91,69 @@ def test_a_figure_takes_the_place_of_another_only_when_it_is_complete(folder, tm
     full = run("plot_run", folder, "--out", picture, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
     assert full.returncode == 1 and f"{picture}: the figure cannot be written: File too large\n" in full.stderr
     assert picture.read_bytes() == before and not (tmp_path / "a.png.part").exists()
+
+
+def test_a_file_of_the_users_own_beside_an_output_is_not_touched(folder, tmp_path, drive, run):
+    pytest.importorskip("rosbag")
+    from ratslam_tools.datasets import bags
+
+    outputs = {"b.tum": tmp_path / "b.tum.part", "c.png": tmp_path / "c.png.part", "d.bag": tmp_path / "d.bag.part"}
+    write_tum(outputs["b.tum"], drive())  # it is even what is read
+    before = outputs["b.tum"].read_bytes()
+    for own in outputs.values():
+        own.write_bytes(before)
+    assert run("trajectory_convert", outputs["b.tum"], tmp_path / "b.tum").returncode == 0
+    assert run("plot_run", folder, "--out", tmp_path / "c.png").returncode == 0
+    with bags.writing(str(tmp_path / "d.bag")):
+        pass
+    assert all(own.read_bytes() == before for own in outputs.values())
+    assert {path.name for path in tmp_path.iterdir()} == {*outputs, *(own.name for own in outputs.values()), "run", "truth.tum"}
+
+
+def test_two_writers_of_one_output_do_not_mix_and_leave_one(tmp_path):
+    path = tmp_path / "a.txt"
+    with text_file.writing(str(path)) as first, text_file.writing(str(path)) as second:
+        first.write("first\n")
+        second.write("2\n")
+    assert path.read_text() == "first\n" and os.listdir(tmp_path) == ["a.txt"]
+    (tmp_path / "plain").write_text("")
+    assert path.stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_an_output_that_fails_leaves_nothing(tmp_path):
+    with pytest.raises(KeyboardInterrupt), text_file.writing(str(tmp_path / "a.txt")) as file:
+        file.write("half\n")
+        raise KeyboardInterrupt
+    assert os.listdir(tmp_path) == []
+    with pytest.raises(InputError, match="nowhere/a.txt: cannot be written: No such file or directory"):
+        with text_file.writing(str(tmp_path / "nowhere" / "a.txt")):
+            pass
+
+
+@pytest.mark.parametrize("sink", ["| cat > out.txt", "> out.txt", ">> out.txt"])
+def test_what_is_written_to_stdout_is_all_there_in_its_order(sink, tmp_path, drive):
+    write_tum(tmp_path / "a.tum", drive(5))
+    (tmp_path / "out.txt").write_text("before\n" if ">>" in sink else "")
+    command = f"'{sys.executable}' '{SCRIPTS}/evaluate_ape' a.tum a.tum --save_results /dev/stdout"
+    done = subprocess.run(f"{command} {sink}", shell=True, cwd=tmp_path, stderr=subprocess.PIPE, check=False)
+    assert done.stderr == b""
+    told, mark, record = (tmp_path / "out.txt").read_text().partition("{")
+    assert told.startswith("before\nAPE" if ">>" in sink else "APE") and "a.tum" in told
+    assert json.loads(mark + record)["metric"] == "ape"
+    command = f"'{sys.executable}' '{SCRIPTS}/trajectory_convert' a.tum /dev/stdout"
+    assert subprocess.run(f"{command} {sink}", shell=True, cwd=tmp_path, check=False).returncode == 0
+    lines = (tmp_path / "out.txt").read_text().splitlines()
+    assert lines[-6:-1] == (tmp_path / "a.tum").read_text().splitlines() and lines[-1].startswith("/dev/stdout: 5 poses")
+
+
+def test_a_pipe_is_written_in_place(tmp_path, drive, run):
+    write_tum(tmp_path / "a.tum", drive(5))
+    os.mkfifo(tmp_path / "pipe.tum")
+    with subprocess.Popen(["cat", tmp_path / "pipe.tum"], stdout=subprocess.PIPE) as reader:
+        assert run("trajectory_convert", tmp_path / "a.tum", tmp_path / "pipe.tum").returncode == 0
+        assert reader.communicate()[0] == (tmp_path / "a.tum").read_bytes()
+    full = run("trajectory_convert", tmp_path / "a.tum", "/dev/full")
+    assert full.returncode == 1 and full.stderr == "error: /dev/full: cannot be written: No space left on device\n"
 
 
 def test_a_figure_is_written_under_the_name_that_is_given_or_not_at_all(tmp_path, drive, run):

@@ -6,10 +6,11 @@ import os
 import re
 import stat
 import struct
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
+from ratslam_tools import output_file
 from ratslam_tools.errors import InputError, one_line
 from ratslam_tools.trajectory import Trajectory, geometry
 from ratslam_tools.trajectory.poses import MAX_NUMBER
@@ -219,7 +220,6 @@ def image_count(path: str) -> int:
 def writing(path: str):
     """A bag for writing. It gets its name only when it is complete, so that an interruption leaves no partial bag.
     """
-    part = path + ".part"
     if not os.path.basename(path):
         raise InputError(f"'{path}': cannot be written: it names no file")
     if os.path.exists(path) and not os.path.isfile(path):
@@ -230,17 +230,15 @@ def writing(path: str):
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    bag = None
-    try:
+    with output_file.replacing(path) as part:
         bag = open_bag(part, "w")
-        yield bag
-        bag.close()
-        os.replace(part, path)
-    except BaseException as error:
-        _give_up(bag, part)
-        if isinstance(error, OSError) and error.filename in (part, None):  # of the bag itself: the disk is full
-            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-        raise
+        try:
+            yield bag
+            bag.close()
+        except BaseException:
+            with suppress(Exception):  # the bag is not wanted any more, and cannot even be closed if the disk is full
+                bag.close()
+            raise
 
 
 def _is_another_file(path: str) -> bool:
@@ -251,17 +249,6 @@ def _is_another_file(path: str) -> bool:
     except OSError:
         return False
     return begin not in (b"", b"#ROSBAG ")
-
-
-def _give_up(bag, part: str) -> None:
-    """Closes a bag that is not wanted any more (None: it could not be opened), and removes its file."""
-    try:
-        if bag is not None:
-            bag.close()
-    except Exception:  # the file is removed even if it cannot be closed (the disk is full)
-        pass
-    if os.path.exists(part):
-        os.unlink(part)
 
 
 def require_topic_name(option: str, name: str) -> None:
