@@ -57,6 +57,15 @@ def test_no_file_of_a_run_or_of_its_truth_is_overwritten(folder, tmp_path, drive
     assert all(path.read_bytes() == content for path, content in files.items())
 
 
+def test_results_in_a_runs_folder_may_be_written_again(folder, tmp_path, run, fails):
+    words = ("plot_run", folder, "--truth", tmp_path / "truth.tum", "--map_only", "--save_results")
+    for _ in range(2):
+        assert run(*words, folder / "errors.json").returncode == 0
+    (folder / "odometry_2.csv").write_text("frame,stamp,linear_x,angular_z\n0,0,1,0\n")
+    for name in ("odometry_2.csv", "summary.json"):
+        assert f"{name} is read as well" in fails(*words, folder / name)
+
+
 @pytest.mark.parametrize(
     "content, what",
     [(b"#ROSBAG V2.0\nrest", "a recording"), (b"\x89MCAP0\r\n", "a recording"), (b"SQLite format 3\0", "a map or another database")],

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import sys
 
 import numpy as np
@@ -273,6 +274,15 @@ def test_plot_of_what_the_nodes_leave_shows_its_loop_links(folder, tmp_path):
     assert (tmp_path / "nodes_run.png").exists()
 
 
+def test_figures_of_two_runs_of_the_nodes_lie_beside_each(folder, tmp_path):
+    for name in ("drive.1", "drive.2"):
+        for own, ending in run_folder.NODE_FILES.items():
+            shutil.copy(folder / own, tmp_path / (name + ending))
+        plot_run.main([str(tmp_path / name), "--map_only"])
+        report.main([str(tmp_path / name)])
+    assert {"drive.1_run.png", "drive.2_run.png", "drive.1_report.html", "drive.2_report.html"} <= set(os.listdir(tmp_path))
+
+
 def test_loop_links_of_a_recorded_bag_may_lead_to_newer_experiences(tmp_path):
     rosbag = pytest.importorskip("rosbag")
     sys.path.append(os.path.join(os.path.dirname(SCRIPTS), "devel", "lib", "python3", "dist-packages"))
@@ -294,7 +304,13 @@ def test_loop_links_of_a_recorded_bag_may_lead_to_newer_experiences(tmp_path):
             pose.header.stamp, pose.pose.orientation.w = Time(second), 1.0
             bag.write("/ExperienceMap/RobotPose", pose, Time(second))
         bag.write("/ExperienceMap/Map", graph, Time(120))
-    assert recorded_run.open_run(path).map.loop_ends.tolist() == [[3, 1], [1, 3], [5, 0], [0, 4]]
+    run = recorded_run.open_run(path)
+    assert run.map.loop_ends.tolist() == [[3, 1], [1, 3], [5, 0], [0, 4]]
+    # Without the pose cells' decisions the path is the online one.
+    assert (run.online.name, run.final.name) == ("online", "final") and run.final.stamps.tolist() == [100.0, 101.0]
+    plot_run.main([path])
+    report.main([path])
+    assert {"recorded_run.png", "recorded_report.html"} <= {file.name for file in tmp_path.iterdir()}
 
 
 def test_plot_of_a_recorded_bag(tmp_path):

@@ -11,6 +11,15 @@ from ratslam_tools.table import format_table
 from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 
 
+def add_run_argument(parser: argparse.ArgumentParser) -> None:
+    """The run to read."""
+    parser.add_argument(
+        "folder",
+        metavar="RUN",
+        help="folder that ratslam_run left, what was the nodes' trajectory_file, or a bag in which their topics were recorded",
+    )
+
+
 def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -> None:
     """Options for the ground truth."""
     parser.add_argument(
@@ -31,12 +40,19 @@ def add_truth_options(parser: argparse.ArgumentParser, required: bool = False) -
 
 
 def require_own_output(option: str, path, run: str, arguments) -> None:
-    """@throws InputError if a file to write is one of the run or of its truth. Pages and pictures may be replaced."""
-    left = [*text_file.files_of(run), *(run + ending for ending in run_folder.NODE_FILES.values())]
-    kept = [name for name in left if name.endswith((".tum", ".csv", ".json", ".yaml", ".npz", ".db"))]
+    """@throws InputError if a file to write is one of the run or of its truth. Pages, pictures and saved results may be
+    replaced."""
     known = arguments.truth
     poses = kitti.poses_file(known) if known and os.path.isdir(known) else None
-    text_file.require_other(option, path, [*kept, run, *text_file.files_of(known), poses, arguments.times])
+    read = [*run_folder.files_of_run(run), run, *text_file.files_of(known), poses, arguments.times]
+    text_file.require_other(option, path, read)
+
+
+def default_output(run: str, name: str) -> str:
+    """Path for a picture or page about a run: within its folder, or beside a bag or what the nodes have left."""
+    if os.path.isdir(run):
+        return os.path.join(run, name)
+    return (run[: -len(".bag")] if run.endswith(".bag") else run) + "_" + name
 
 
 def complete_truth_options(arguments) -> None:
@@ -70,14 +86,13 @@ def main(argv=None) -> None:
         "  plot_run out/demo/ros/trajectory\n"
         "  plot_run recorded.bag        (as OpenRatSLAM's show_em.py and show_id.py)",
     )
-    parser.add_argument("folder", metavar="DIR", help="folder that ratslam_run left, what was the nodes' "
-        "trajectory_file, or a bag in which their topics were recorded")
+    add_run_argument(parser)
     add_truth_options(parser)
     parser.add_argument(
         "--out",
         type=plotting.picture_file,
         metavar="FILE",
-        help="picture to write, .png or .pdf (default: DIR/run.png)",
+        help="picture to write, .png or .pdf (default: RUN/run.png, or RUN_run.png if it is no folder)",
     )
     part = parser.add_mutually_exclusive_group()
     part.add_argument("--map_only", action="store_true", help="the map without the panels beside it")
@@ -89,10 +104,7 @@ def main(argv=None) -> None:
         require_own_output(option, path, arguments.folder, arguments)
     text_file.require_other("--save_results", arguments.save_results, [arguments.out], "written")
     aligned = aligned_run(arguments)
-    beside = os.path.splitext(arguments.folder)[0] + "_run.png"  # of a bag or the nodes' files
-    path = arguments.out or (
-        os.path.join(arguments.folder, "run.png") if os.path.isdir(arguments.folder) else beside
-    )
+    path = arguments.out or default_output(arguments.folder, "run.png")
     if arguments.map_only:
         figure = run_figures.map_figure(aligned)
     elif arguments.timing_only:

@@ -6,7 +6,6 @@ import argparse
 import base64
 import html
 import io
-import os
 
 from ratslam_tools import plotting, text_file
 from ratslam_tools.cli import plot_run
@@ -145,16 +144,17 @@ def main(argv=None) -> None:
     parser = argparse.ArgumentParser(
         prog="report",
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="One self-contained HTML page about a folder that ratslam_run left: errors, figures, "
-        "parameters, timing.",
+        description="One self-contained HTML page about a run: errors, figures, parameters, timing.",
         epilog="examples:\n  report out/kitti_00\n  report out/kitti_00 --truth dataset/sequences/00 --out "
         "kitti_00.html",
     )
-    parser.add_argument("folder", metavar="DIR", help="folder that ratslam_run left")
+    plot_run.add_run_argument(parser)
     plot_run.add_truth_options(parser)
-    parser.add_argument("--out", metavar="FILE", help="page to write (default: DIR/report.html)")
+    parser.add_argument(
+        "--out", metavar="FILE", help="page to write (default: RUN/report.html, or RUN_report.html if it is no folder)"
+    )
     arguments = parser.parse_args(argv)
-    path = arguments.out or os.path.join(arguments.folder, "report.html")
+    path = arguments.out or plot_run.default_output(arguments.folder, "report.html")
     plot_run.require_own_output("--out", path, arguments.folder, arguments)
     text = page(plot_run.aligned_run(arguments))
     with text_file.writing(path) as file:

@@ -40,7 +40,9 @@ class RecordedRun(Run):
             self.templates["error"] = np.full(len(self.templates["stamp"]), -1.0)
         decisions = messages.get(STATE) or messages.get(ACTION, [])
         self.actions = _columns(decisions, action="action", src_id="src_id", dest_id="dest_id", x="x", y="y", th="th")
-        self.final = self._path_over_experiences() or self.online
+        self.final = self._path_over_experiences()
+        if self.final is None and self.online is not None:
+            self.final = Trajectory(self.online.positions, self.online.rotations, self.online.stamps, "final")
         if self.final is None:
             raise InputError(f"{path}: neither {POSE} nor the pose cells' decisions: there is no path to show")
 

@@ -8,13 +8,13 @@ import os
 import re
 import zipfile
 import zlib
-from typing import Dict, Optional
+from typing import Dict, List, Optional
 
 import numpy as np
 
 from ratslam_tools import text_file
 from ratslam_tools.errors import InputError, one_line, require_folder
-from ratslam_tools.trajectory import Trajectory, read_stretches
+from ratslam_tools.trajectory import Trajectory, later_files, read_stretches
 
 EXPERIENCE_KEYS = ("id", "x", "y", "z", "yaw", "log_scale")
 LINK_KEYS = ("id", "from", "to", "distance", "heading_rad", "facing_rad", "rise", "duration_s")
@@ -107,6 +107,19 @@ def read_columns(path: str) -> Dict[str, np.ndarray]:
 
 # Files of ratslam_em, <trajectory_file>_online.tum, ..., by their names in a run folder.
 NODE_FILES = {"trajectory_online.tum": "_online.tum", "trajectory_final.tum": "_final.tum", "map.yaml": "_map.yaml"}
+# What a run leaves in its folder; behind `_2`, `_3`, ... its further stretches.
+RUN_FILES = re.compile(
+    r"(trajectory_(online|final|odometry)\.tum|(odometry|pose_covariance|templates|actions|pose_cells)\.csv|map\.yaml"
+    r"|pose_cells\.npz|(summary|command|result)\.json)"
+)
+
+
+def files_of_run(run: str) -> List[str]:
+    """Paths of the files that the run in a folder has left, or that the nodes have with their trajectory_file."""
+    if not os.path.isdir(run):
+        known = [run + ending for ending in NODE_FILES.values()]
+        return [path for first in known for path in (first, *later_files(first))]
+    return [os.path.join(run, name) for name in os.listdir(run) if RUN_FILES.fullmatch(re.sub(r"_\d+(?=\.\w+$)", "", name))]
 
 
 class Run:
