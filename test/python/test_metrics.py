@@ -198,6 +198,18 @@ def test_ground_error_leaves_height_out(drive, turn, convention, plane):
     assert result.ground_errors.max() < 1e-6
 
 
+def test_without_alignment_a_perfect_estimate_has_no_ground_error():
+    """A flat drive in a world that is tilted."""
+    angles = np.linspace(0.0, 2 * np.pi, 200, endpoint=False)
+    positions = 100.0 * np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
+    rotations = np.array([geometry.rotation_about_z(angle + np.pi / 2) for angle in angles])
+    level = Trajectory(positions, rotations, np.arange(200.0))
+    tilted = level.transformed(geometry.rotation_about_x(np.radians(8)), np.zeros(3))
+    for scale in (False, True):
+        (result,) = evaluation.evaluate_ape(tilted, [tilted], comparison.Settings(correct_scale=scale))
+        assert result.ground_plane == "xy" and result.ground_errors.max() < 1e-9
+
+
 def test_projection_keeps_only_turns_in_the_plane(drive):
     flat = frames.project(drive(), "xy")
     assert np.abs(flat.positions[:, 2]).max() == 0

@@ -47,11 +47,15 @@ class Comparison:
     convention: Optional[str]  # of the reference, as compared
 
     @property
-    def coverage(self) -> float:
-        """Share of the reference's poses that were matched, in [0, 1]; one that several stretches match counts once."""
+    def matched(self) -> int:
+        """Number of the reference's poses that were matched; one that several stretches match counts once."""
         stamps = self.reference.stamps
-        matched = len(self.reference) if stamps is None else len(np.unique(stamps))
-        return matched / self.reference_poses
+        return len(self.reference) if stamps is None else len(np.unique(stamps))
+
+    @property
+    def coverage(self) -> float:
+        """Share of the reference's poses that were matched, in [0, 1]."""
+        return self.matched / self.reference_poses
 
 
 def compare(
@@ -89,13 +93,15 @@ def on_ground(compared: Comparison, settings: Settings, positions_only: bool = T
     """The same comparison on the reference's ground plane; None if it has none or is projected already.
 
     The estimate is projected after its alignment (its own world may be tilted), and then fitted again within the
-    plane. A flat estimate, which the alignment tilts to fit the reference's hills, is levelled first.
+    plane. A flat estimate, which the alignment tilts to fit the reference's hills, is levelled first. Without an alignment its
+    own world is that of the reference, and its tilt is no artefact.
     """
     if settings.plane is not None or compared.convention is None:
         return None
     plane = frames.GROUND[compared.convention]
     reference = frames.project(compared.reference, plane)
-    estimate = frames.project(frames.laid_level(compared.estimate, plane), plane)
+    levelled = frames.laid_level(compared.estimate, plane) if settings.align else compared.estimate
+    estimate = frames.project(levelled, plane)
     try:
         alignment = association.fit_alignment(
             reference, estimate, settings.align, settings.correct_scale, settings.n_to_align, positions_only
