@@ -35,18 +35,18 @@ def literal(name: str) -> str:
     return (" " + text if text.startswith("_") else text).replace("$", r"\$")
 
 
-def coloured_line(axes, x, y, ends, values, largest: float):
-    """A path (x, y) whose stretch up to each pose of `ends` has the colour of its value; returns the
-    artist.
+def coloured_line(axes, x, y, ends, values, largest: float, breaks=()):
+    """A path (x, y) whose part up to each pose of `ends` has the colour of its value; a part across one of the `breaks` (rows
+    of the poses behind them) is left out. Returns the artist.
     """
     from matplotlib.collections import LineCollection
 
     points = np.column_stack([x, y])
     starts = np.concatenate([[0], ends[:-1]]).astype(int)
-    stretches = [points[start : end + 1] for start, end in zip(starts, ends) if end > start]
-    colours = [value for start, end, value in zip(starts, ends, values) if end > start]
-    lines = LineCollection(stretches, cmap=ERROR_MAP, linewidths=2.2)
-    lines.set_array(np.array(colours))
+    unbroken = np.searchsorted(breaks, starts, "right") == np.searchsorted(breaks, ends, "right")
+    shown = np.flatnonzero((ends > starts) & unbroken)
+    lines = LineCollection([points[starts[row] : ends[row] + 1] for row in shown], cmap=ERROR_MAP, linewidths=2.2)
+    lines.set_array(np.asarray(values)[shown])
     lines.set_clim(0.0, largest)
     axes.add_collection(lines)
     axes.autoscale_view()
@@ -87,8 +87,8 @@ def scale_bar(axes) -> None:
 
     low, high = axes.get_xlim()
     room = (high - low) / 5
-    power = 10.0 ** np.floor(np.log10(room))
-    length = power * max(factor for factor in (1, 2, 5) if factor * power <= room)
+    power = 10.0 ** np.floor(np.log10(room))  # by rounding it may be a little larger than the room
+    length = power * max(factor for factor in (0.5, 1, 2, 5) if factor * power <= room)
     axes.add_artist(
         AnchoredSizeBar(
             axes.transData,

@@ -10,12 +10,22 @@ import pytest
 
 from conftest import SCRIPTS
 from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
+from ratslam_tools import plotting
 from ratslam_tools.cli import benchmark, plot_run, report, reproduce_paper
 from ratslam_tools.datasets import truth
 from ratslam_tools.runs import activity_figure, recorded_run, run_figures, run_folder, runner
 from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError
 from ratslam_tools.trajectory import write_kitti
+
+
+@pytest.mark.parametrize("width", [3.0, 4999.9999999999995, 5000.0, 1e-3])
+def test_the_scale_bar_has_a_round_length_that_fits(width):
+    _, axes = plotting.load().subplots()
+    axes.set_xlim(0.0, width)
+    plotting.scale_bar(axes)
+    length = float(axes.artists[-1].txt_label.get_text().split()[0])
+    assert 0.09 * width < length <= width / 5 and f"{length:e}"[0] in "125"
 
 
 def test_map_is_read_whole(folder):

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
+from ratslam_tools import plotting
 from ratslam_tools.cli import plot_run, report, sweep
 from ratslam_tools.datasets import truth
 from ratslam_tools.errors import InputError
+from ratslam_tools.evaluation import error_plots
 from ratslam_tools.runs import recorded_run, run_figures, run_folder, runner
 from ratslam_tools.trajectory import write_tum
 
@@ -59,7 +61,7 @@ def test_the_truth_is_compared_with_the_stretch_of_its_recording(second_day, tmp
 
 def test_no_line_joins_two_stretches(second_day):
     run = run_folder.Run(str(second_day))
-    path = run_figures.broken_path(run.final, run.final.positions)
+    path = run.final.with_gaps(run.final.positions)
     assert len(path) == 321 and np.flatnonzero(np.isnan(path[:, 0])).tolist() == [200]
 
 
@@ -70,6 +72,23 @@ def test_all_stretches_of_a_looped_recording_are_compared(second_day, tmp_path):
     final = run_figures.Aligned(run, truth.read_truth(str(tmp_path / "truth.tum"))).results[-1]
     assert len(final.errors) == 320 and final.compared.coverage == 1.0
     assert run_figures.stretch_words(run) == "evaluated: all 2 stretches of this run, whose time went back"
+
+
+def test_no_line_of_the_errors_joins_two_stretches(second_day, drive, tmp_path):
+    count_beginnings(second_day, 1)
+    run = run_folder.Run(str(second_day))
+    result = run_figures.Aligned(run, drive(200)).results[-1]
+    record = result.record()
+    assert (record["matched"], record["errors"], record["coverage"]) == (200, 320, 1.0)
+    figure = error_plots.errors_figure(plotting.load(), [result], "", "APE [m]")
+    plan, over_time = figure.axes[0], figure.axes[-1]
+    for line in (plan.lines[0], over_time.lines[0]):
+        assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == [200]
+    coloured = plan.collections[0]
+    assert len(coloured.get_segments()) == len(coloured.get_array()) == 199 + 119
+    lengths = [np.linalg.norm(np.diff(segment, axis=0), axis=1).max() for segment in coloured.get_segments()]
+    assert max(lengths) < 5.0
+    plotting.load().close(figure)
 
 
 def test_stretches_of_the_nodes_files_are_read(second_day, tmp_path):

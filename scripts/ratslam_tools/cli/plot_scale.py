@@ -6,14 +6,14 @@ import os
 
 import numpy as np
 
-from ratslam_tools import evaluation, plotting, text_file
+from ratslam_tools import evaluation, plotting
 from ratslam_tools.datasets import truth
 from ratslam_tools.datasets.sources import tell_later_files
 from ratslam_tools.evaluation import comparison
 from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.runs import run_folder
-from ratslam_tools.trajectory import read_trajectory
+from ratslam_tools.trajectory import geometry, read_trajectory
 
 WINDOW_M = 60.0  # of true way, over which lengths are compared
 MAY_DIFFER = ("exp_scale", "exp_scale_sigma", "threads")  # between the two runs
@@ -27,18 +27,14 @@ def local_scale(reference: np.ndarray, estimate: np.ndarray, window: float = WIN
     middle of each stretch of `window` metres of the reference, and the ratio over that stretch. @throws InputError if
     the reference is shorter than one window.
     """
-    driven = _way(reference)
+    driven = geometry.path_length(reference)
     if driven[-1] < window:
         raise InputError(f"the true path is {driven[-1]:.1f} m long; {window:.0f} m are needed")
     starts = np.arange(np.searchsorted(driven, driven[-1] - window, side="right"))
     ends = np.minimum(np.searchsorted(driven, driven[starts] + window), len(driven) - 1)
-    length = _way(estimate)
+    length = geometry.path_length(estimate)
     ratio = (length[ends] - length[starts]) / (driven[ends] - driven[starts])
     return 0.5 * (driven[starts] + driven[ends]), ratio
-
-
-def _way(positions: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
 
 
 def scale_figure(reference, estimates: dict):

@@ -4,7 +4,7 @@ import os
 import sys
 from typing import List, Optional
 
-from ratslam_tools.errors import InputError, require_effect
+from ratslam_tools.errors import require_effect
 from ratslam_tools.trajectory import Trajectory, has_stamps, later_files, read_trajectory
 
 

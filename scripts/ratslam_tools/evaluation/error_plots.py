@@ -25,7 +25,8 @@ def ground_axes(compared):
 def draw_coloured(axes, result, largest: float, label: str):
     """One trajectory coloured by its error over the grey reference; returns the coloured artist."""
     first, second = ground_axes(result.compared)
-    reference, estimate = result.compared.reference.positions, result.compared.estimate.positions
+    matched = result.compared.reference
+    reference, estimate = matched.with_gaps(matched.positions), result.compared.estimate.positions
     axes.plot(
         reference[:, first],
         reference[:, second],
@@ -36,7 +37,7 @@ def draw_coloured(axes, result, largest: float, label: str):
     )
     ends = np.asarray(result.ends)
     artist = plotting.coloured_line(
-        axes, estimate[:, first], estimate[:, second], ends, result.errors, largest
+        axes, estimate[:, first], estimate[:, second], ends, result.errors, largest, matched.breaks
     )
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"{'xyz'[first]} [m]")
@@ -80,12 +81,12 @@ def errors_figure(pyplot, results, title: str, quantity: str):
     figure.colorbar(artist, ax=maps, label=quantity, shrink=0.85, extend="max" if beyond else "neither")
     axes = figure.add_subplot(grid[1, :])
     for result in results:
-        stamps = result.compared.reference.stamps
-        ends = np.asarray(result.ends)
-        times = ends if stamps is None else stamps[ends] - stamps[0]
+        matched, ends = result.compared.reference, np.asarray(result.ends)
+        times = ends if matched.stamps is None else matched.stamps[ends] - matched.stamps[0]
         above = int((result.errors > top).sum())
         label = result.name + (f" ({above} of {len(result.errors)} above the scale)" if above else "")
-        axes.plot(times, result.errors, linewidth=0.9, label=plotting.literal(label))
+        over_time = matched.with_gaps(np.column_stack([times, result.errors]), ends)
+        axes.plot(over_time[:, 0], over_time[:, 1], linewidth=0.9, label=plotting.literal(label))
     axes.set_xlabel("pose" if results[0].compared.reference.stamps is None else "time [s]")
     axes.set_ylabel(quantity)
     axes.set_ylim(bottom=0.0, top=top if beyond else None)

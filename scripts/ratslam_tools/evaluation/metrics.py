@@ -154,8 +154,7 @@ def kitti_drift(reference: Trajectory, estimate: Trajectory, lengths=KITTI_LENGT
 
     A sub-sequence ends at the first pose farther than the length along the reference.
     Returns one dict for each length that fits: length_m, count, translation_percent, rotation_deg_per_100m
-    (means), and the sums needed to average over all sub-sequences. @throws InputError if not even the
-    shortest fits.
+    (means). @throws InputError if not even the shortest fits.
     Source: Geiger, Lenz, Urtasun, Are we ready for autonomous driving?, CVPR 2012, and the benchmark's
     description.
     """

@@ -24,7 +24,7 @@ class Result:
         alignment = self.compared.alignment
         record = {
             "estimate": self.name,
-            "matched": len(self.compared.reference),
+            "matched": self.compared.matched,
             "errors": len(self.errors),
             "reference_poses": self.compared.reference_poses,
             "coverage": self.compared.coverage,
@@ -91,7 +91,7 @@ def print_results(title: str, reference, results: List[Result]) -> None:
     rows = [["estimate", "", *metrics.STATISTICS, "matched", "coverage"]]
     for result in results:
         coverage = [
-            f"{len(result.compared.reference)}/{result.compared.reference_poses}",
+            f"{result.compared.matched}/{result.compared.reference_poses}",
             f"{100 * result.compared.coverage:.1f} %",
         ]
         in_space = metrics.statistics(result.errors)

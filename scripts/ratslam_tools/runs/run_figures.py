@@ -66,12 +66,6 @@ def stretch_words(run: Run) -> str:
     return f"evaluated: {which} of {len(stretches)}{whose}; the {before} poses before are drawn and not evaluated"
 
 
-def broken_path(trajectory: Trajectory, positions):
-    """Positions (n, 3) with a gap (NaN) between stretches, which no drive connects."""
-    lengths = [len(stretch) for stretch in trajectory.stretches[:-1]]
-    return np.insert(positions, np.cumsum(lengths, dtype=int), np.nan, axis=0)
-
-
 def draw_map(axes, aligned: Aligned) -> None:
     """Truth, online and final trajectory, experiences and loop links; equal axes and a scale bar."""
     if aligned.truth is not None:
@@ -81,7 +75,7 @@ def draw_map(axes, aligned: Aligned) -> None:
         )
     for name, colour, width in (("online", plotting.ONLINE, 1.0), ("final", plotting.FINAL, 1.6)):
         if name in aligned.paths:
-            path = broken_path(getattr(aligned.run, name), aligned.paths[name])
+            path = getattr(aligned.run, name).with_gaps(aligned.paths[name])
             axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=width, label=name)
     start = aligned.paths["final"][0]
     axes.plot(

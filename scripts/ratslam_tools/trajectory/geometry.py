@@ -10,6 +10,11 @@ import numpy as np
 CAMERA_TO_BASE = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 
+def path_length(positions: np.ndarray) -> np.ndarray:
+    """Length of the path through positions (n, 3) up to each, (n,)."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
+
+
 def matrices_from_quaternions(quaternions: np.ndarray) -> np.ndarray:
     """Rotation matrices (n, 3, 3) of quaternions (n, 4) in (x, y, z, w) order, which are normalised first."""
     x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T

@@ -49,14 +49,23 @@ class Trajectory:
         )
 
     @property
-    def stretches(self) -> List["Trajectory"]:
-        """The parts within which stamps ascend: a new one begins where time went back, as on another day's drive whose
-        clock began anew. Most trajectories are one.
+    def breaks(self) -> np.ndarray:
+        """Rows of the poses where time went back, as on another day's drive whose clock began anew. Most trajectories have
+        none.
         """
-        if self.stamps is None:
-            return [self]
-        starts = [0, *(np.flatnonzero(np.diff(self.stamps) <= 0) + 1), len(self)]
-        return [self.select(slice(start, end)) for start, end in zip(starts, starts[1:])]
+        return np.zeros(0, dtype=int) if self.stamps is None else np.flatnonzero(np.diff(self.stamps) <= 0) + 1
+
+    @property
+    def stretches(self) -> List["Trajectory"]:
+        """The parts between breaks, within which stamps ascend."""
+        limits = [0, *self.breaks, len(self)]
+        return [self.select(slice(start, end)) for start, end in zip(limits, limits[1:])]
+
+    def with_gaps(self, values, rows=None) -> np.ndarray:
+        """Values (m, ...) of the poses at ascending `rows` (None: all), with NaN at each break: no line joins stretches,
+        because no drive does."""
+        rows = np.arange(len(self)) if rows is None else rows
+        return np.insert(np.asarray(values, dtype=float), np.searchsorted(rows, self.breaks), np.nan, axis=0)
 
     def transformed(self, rotation, translation, scale: float = 1.0) -> "Trajectory":
         """The same path in another world: p' = scale R p + t, R_body' = R R_body."""
@@ -78,8 +87,7 @@ class Trajectory:
 
     def path_length(self) -> np.ndarray:
         """Length of the path up to each pose, (n,) [m]."""
-        steps = np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
-        return np.concatenate([[0.0], np.cumsum(steps)])
+        return geometry.path_length(self.positions)
 
     def check(self, allow_repeats: bool = False) -> "Trajectory":
         """Returns itself. @throws InputError naming the first pose that is not finite or whose stamp does not
