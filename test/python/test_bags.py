@@ -374,9 +374,9 @@ def test_a_recording_of_images_alone_is_a_bag_as_well(recording, tmp_path):
 
 def test_files_of_a_recording_are_not_overwritten_by_its_track(recording, tmp_path):
     phone = str(tmp_path / "phone.yaml")
-    image = recorder.read(str(recording)).images[0]
-    for track in (str(recording / "data_gps.txt"), phone, str(tmp_path / "n.bag"), image):
-        with pytest.raises(InputError, match="--gps_tum: .* is read as well and would be overwritten"):
+    reads = [str(recording / "data_gps.txt"), phone, recorder.read(str(recording)).images[0]]
+    for track, how in [*((track, "read") for track in reads), (str(tmp_path / "n.bag"), "written")]:
+        with pytest.raises(InputError, match=f"--gps_tum: .* is {how} as well and would be overwritten"):
             recorder_to_bag.main([str(recording), str(tmp_path / "n.bag"), "--calibration", phone, "--gps_tum", track])
     with pytest.raises(InputError, match="--max_accuracy: -1 is not allowed: above 0 m"):
         recorder_to_bag.main([str(recording), str(tmp_path / "n.bag"), "--calibration", phone, "--max_accuracy", "-1"])

@@ -220,6 +220,24 @@ def test_round_trips(files, run, drive):
     np.testing.assert_allclose(back.stamps, truth.stamps, atol=1e-9)
 
 
+def test_a_title_tells_by_how_many_poses_was_aligned(files, run):
+    for tool in ("evaluate_ape", "evaluate_rpe", "evaluate_kitti"):
+        told = {n: run(tool, "-a", files / "truth.tum", files / "est.tum", "--n_to_align", n).stdout for n in ("50", "100000")}
+        assert "aligned (rotation, translation) by the first 50 poses" in told["50"]
+        assert "aligned (rotation, translation)" in told["100000"] and "by the first" not in told["100000"]
+
+
+def test_large_coordinates_keep_their_millimetres(tmp_path, drive):
+    """As those of UTM. Small numbers have nine digits."""
+    grid = drive(2).transformed(np.eye(3), [412345.678, 5412345.678, 0.123456789123])
+    grid.positions[1] = [99999.123456, -0.5, 0.0]
+    write_tum(tmp_path / "utm.tum", grid)
+    rows = [line.split()[1:4] for line in (tmp_path / "utm.tum").read_text().splitlines()]
+    assert rows == [["412345.678", "5412345.678", "0.123456789"], ["99999.1235", "-0.5", "0"]]
+    write_kitti(tmp_path / "utm.kitti", grid)
+    assert (tmp_path / "utm.kitti").read_text().split()[7] == "5412345.678"
+
+
 def test_conversion_needs_stamps_for_tum(files, fails):
     assert "--times" in fails("trajectory_convert", files / "poses.txt", files / "no.tum")
     assert not (files / "no.tum").exists()
@@ -257,6 +275,8 @@ def test_help_has_examples(run, tool):
         (("evaluate_ape", "--bag", "x.bag", "/a", "/b", "--format", "tum"), "--format: tum has no effect"),
         (("evaluate_kitti", "truth.tum", "short.tum"), "KITTI's drift needs more than 100 m"),
         (("evaluate_ape", "poses.txt", "poses.txt", "--t_offset", "1"), "--t_offset: 1 has no effect"),
+        (("evaluate_rpe", "poses.txt", "poses.txt", "--t_max_diff", "0.5"), "--t_max_diff: 0.5 has no effect"),
+        (("trajectory_convert", "truth.tum", "out.txt", "--to", "kitti", "--save_times", "out.txt"), "out.txt is written as well"),
         (("evaluate_ape", "-a", "truth.tum", "est.tum", "--save_results", "a.png", "--save_plot", "a.png"), "a.png is written as well"),
         (("trajectory_convert", "truth.tum", "out.txt", "--times", "times.txt"), "--times: times.txt has no effect"),
         (("trajectory_convert", "truth.tum", "out.txt", "--max_accuracy", "5"), "--max_accuracy: 5 has no effect"),

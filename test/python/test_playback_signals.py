@@ -73,6 +73,14 @@ def play(tmp_path, environment, **options):
     return subprocess.Popen([sys.executable, *words], env=environment, **options)
 
 
+@pytest.mark.parametrize("option", ["--silence", "--rate"])
+@pytest.mark.parametrize("value", ["nan", "inf", "-1", "soon"])
+def test_times_that_are_none_are_refused(option, value):
+    words = [os.path.join(SCRIPTS, "playback"), "x.bag", "--image-topic", TOPIC, "--pose-topic", "/pose", f"{option}={value}"]
+    done = subprocess.run([sys.executable, *words], stderr=subprocess.PIPE, timeout=PATIENCE_S, check=False)
+    assert done.returncode == 2 and f"argument {option}: ".encode() in done.stderr
+
+
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_playback_that_is_asked_to_end_leaves_nothing_behind(tmp_path, master, name):
     environment, proxy = master

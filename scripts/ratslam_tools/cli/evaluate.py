@@ -136,7 +136,7 @@ def finish(arguments, title: str, unit: str, metric: str, reference, results: Li
         )
 
 
-def _title(metric: str, arguments, settings, extra: str = "") -> str:
+def _title(metric: str, arguments, settings, results: List[Result], extra: str = "") -> str:
     """First line of the table: metric, relation, unit, alignment, frames."""
     unit = metrics.RELATIONS[arguments.pose_relation]
     plane = f", projected to {settings.plane}" if settings.plane else ""
@@ -146,8 +146,9 @@ def _title(metric: str, arguments, settings, extra: str = "") -> str:
         if frame == "camera"
     ]
     axes = f"; converted to base axes: {', '.join(converted)}" if converted else ""
+    poses = max(len(result.compared.reference) for result in results)
     relation = f"{metric} {RELATION_WORDS[arguments.pose_relation]} [{unit}]"
-    return f"{relation}{extra}, {settings.describe()}{plane}{axes}"
+    return f"{relation}{extra}, {settings.describe(poses)}{plane}{axes}"
 
 
 def ape_main(argv=None) -> None:
@@ -172,7 +173,7 @@ def ape_main(argv=None) -> None:
     results = evaluate_ape(reference, estimates, settings, arguments.pose_relation)
     finish(
         arguments,
-        _title("APE", arguments, settings),
+        _title("APE", arguments, settings, results),
         metrics.RELATIONS[arguments.pose_relation],
         "ape",
         reference,
@@ -229,7 +230,7 @@ def rpe_main(argv=None) -> None:
     step += ", overlapping" if arguments.all_pairs else ""
     finish(
         arguments,
-        _title("RPE", arguments, settings, step),
+        _title("RPE", arguments, settings, results, step),
         metrics.RELATIONS[arguments.pose_relation],
         "rpe",
         reference,
@@ -254,12 +255,13 @@ def kitti_main(argv=None) -> None:
     arguments = parser.parse_args(argv)
     settings = settings_of(arguments)
     reference = sources.read_reference(arguments.reference, arguments.format, arguments.times, arguments.bag)
-    records = []
+    records, poses = [], 0
     rows = [["estimate", "length m", "count", "translation %", "rotation deg/100m", "coverage"]]
     for estimate in sources.read_estimates(
         arguments.estimates, arguments.format, arguments.times, arguments.bag
     ):
         compared = comparison.compare(reference, estimate, settings, needs_body=True)
+        poses = max(poses, len(compared.reference))
         drift = metrics.kitti_drift(compared.reference, compared.estimate)
         average = metrics.kitti_average(drift)
         records.append(
@@ -282,7 +284,7 @@ def kitti_main(argv=None) -> None:
                     f"{100 * compared.coverage:.1f} %",
                 ]
             )
-    print(f"KITTI drift, {settings.describe()}")
+    print(f"KITTI drift, {settings.describe(poses)}")
     print(format_table(rows))
     if arguments.save_results:
         write_json(

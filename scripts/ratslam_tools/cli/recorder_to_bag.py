@@ -173,7 +173,8 @@ def main(argv=None) -> None:
     if arguments.max_accuracy <= 0.0:
         raise InputError(f"--max_accuracy: {arguments.max_accuracy:g} is not allowed: above 0 m")
     read = recorder.index_files(arguments.folder)
-    text_file.require_other("--gps_tum", arguments.gps_tum, [arguments.bag, arguments.calibration, *read])
+    text_file.require_other("--gps_tum", arguments.gps_tum, [arguments.calibration, *read])
+    text_file.require_other("--gps_tum", arguments.gps_tum, [arguments.bag], "written")
     camera = calibration.read(arguments.calibration)
     recording = recorder.read(arguments.folder)
     text_file.require_other("--gps_tum", arguments.gps_tum, recording.images)

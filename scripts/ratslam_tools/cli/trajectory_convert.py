@@ -77,7 +77,7 @@ def main(argv=None) -> None:
     )
     for option, path in (("output", arguments.output), ("--save_times", arguments.save_times)):
         text_file.require_other(option, path, [*text_file.files_of(arguments.input), arguments.times])
-    text_file.require_other("--save_times", arguments.save_times, [arguments.output])
+    text_file.require_other("--save_times", arguments.save_times, [arguments.output], "written")
     if arguments.topic is not None:
         trajectory = sources.read_topic(arguments.input, arguments.topic)
     elif from_gps:

@@ -22,8 +22,8 @@ class Settings:
     est_frame: Optional[str] = None
     plane: Optional[str] = None  # xy | xz | yz
 
-    def describe(self) -> str:
-        """The alignment in words."""
+    def describe(self, poses: int) -> str:
+        """The alignment in words. @param poses that are matched at most."""
         words = {
             (False, False): "not aligned",
             (True, False): "aligned (rotation, translation)",
@@ -31,7 +31,7 @@ class Settings:
             (True, True): "aligned (rotation, translation, scale)",
         }
         text = words[self.align, self.correct_scale]
-        if self.n_to_align is not None and (self.align or self.correct_scale):
+        if self.n_to_align is not None and self.n_to_align < poses and (self.align or self.correct_scale):
             text += f" by the first {self.n_to_align} poses"
         return text
 

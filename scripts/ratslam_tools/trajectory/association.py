@@ -58,7 +58,9 @@ def associate(
             f"{missing.name} has no stamps and {other.name} has: give --times, the file with their times"
         )
     if reference.stamps is None:
-        require_effect(offset == 0.0, f"{reference.name} and {estimate.name} have no stamps", t_offset=offset)
+        why = f"{reference.name} and {estimate.name} have no stamps"
+        require_effect(offset == 0.0, why, t_offset=offset)
+        require_effect(max_difference == MAX_STAMP_DIFFERENCE_S, why, t_max_diff=max_difference)
         if len(reference) != len(estimate):
             raise InputError(
                 f"{reference.name} has {len(reference)} poses and {estimate.name} {len(estimate)}: files "
@@ -143,7 +145,7 @@ def fit_alignment(
     lines = [trajectory.name for trajectory in (reference, estimate) if on_a_line(trajectory.positions[rows])]
     all_on_it = len(lines) == 2 and all(on_a_line(each.positions) for each in (reference, estimate))
     if align and lines and not (positions_only and all_on_it):
-        which = "matched poses" if n_to_align is None else f"first {n_to_align} matched poses"
+        which = "matched poses" if n_to_align is None else f"first {min(n_to_align, len(estimate))} matched poses"
         raise InputError(
             f"{lines[0]}: the {which} lie on one line: the rotation about it is not determined, and with it the "
             f"alignment"

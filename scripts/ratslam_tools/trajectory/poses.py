@@ -246,6 +246,12 @@ def read_stretches(path: str) -> Trajectory:
     return Trajectory(*(np.concatenate([getattr(part, name) for part in parts]) for name in names), name=path)
 
 
+def _text(value: float) -> str:
+    """A number with nine digits; a large one, such as a coordinate of a whole country's grid, to a tenth of a millimetre."""
+    before_the_point = math.floor(math.log10(abs(value))) + 1 if abs(value) >= 1.0 else 0
+    return f"{value:.{max(9, before_the_point + 4)}g}"
+
+
 def write_tum(path: str, trajectory: Trajectory) -> None:
     """Writes `stamp x y z qx qy qz qw` lines. @throws InputError if the poses have no stamps."""
     if trajectory.stamps is None:
@@ -254,7 +260,7 @@ def write_tum(path: str, trajectory: Trajectory) -> None:
     with text_file.writing(path) as file:
         for stamp, position, quaternion in zip(trajectory.stamps, trajectory.positions, quaternions):
             file.write(
-                f"{stamp:.9f} " + " ".join(f"{value:.9g}" for value in (*position, *quaternion)) + "\n"
+                f"{stamp:.9f} " + " ".join(map(_text, (*position, *quaternion))) + "\n"
             )
 
 
@@ -263,4 +269,4 @@ def write_kitti(path: str, trajectory: Trajectory) -> None:
     matrices = np.concatenate([trajectory.rotations, trajectory.positions[:, :, None]], axis=2)
     with text_file.writing(path) as file:
         for matrix in matrices.reshape(-1, 12):
-            file.write(" ".join(f"{value:.9g}" for value in matrix) + "\n")
+            file.write(" ".join(map(_text, matrix)) + "\n")
