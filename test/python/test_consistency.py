@@ -41,6 +41,7 @@ def write_run(folder, truth, said=1.0):
     lines = [",".join(names)]
     poses = ["stamp,x,y,z,yaw," + ",".join(POSE_NAMES)]
     pose_sigma = np.array([0.3, 0.2, 0.1, 0.01])
+    exact = np.array([1e-3, 1e-3, 1e-3, 1e-5])  # what a map says of its first pose
     for k in range(len(truth)):
         if k > 0:
             dt = truth.stamps[k] - truth.stamps[k - 1]
@@ -55,7 +56,7 @@ def write_run(folder, truth, said=1.0):
         yaw = np.arctan2(truth.rotations[k, 1, 0], truth.rotations[k, 0, 0])
         wrong = random.normal(size=4) * pose_sigma if k > 0 else np.zeros(4)
         values = [truth.stamps[k], *(np.append(truth.positions[k], yaw) + wrong)]
-        upper = (said**2 * np.diag(pose_sigma**2))[np.triu_indices(4)]
+        upper = np.diag(((said * pose_sigma if k > 0 else exact) ** 2))[np.triu_indices(4)]
         poses.append(",".join(f"{value:.17g}" for value in [*values, *upper]))
     (folder / "odometry.csv").write_text("\n".join(lines) + "\n")
     (folder / "pose_covariance.csv").write_text("\n".join(poses) + "\n")
@@ -64,7 +65,7 @@ def write_run(folder, truth, said=1.0):
 
 def measured(folder, truth):
     motions = odometry_file.read_motions(str(folder / "odometry.csv"))
-    poses = run_folder.read_columns(str(folder / "pose_covariance.csv"))
+    poses = run_folder.read_columns(str(folder / "pose_covariance.csv"), consistency.POSE_COLUMNS)
     return (
         consistency.summary(consistency.motion_nees(motions, truth), 6),
         consistency.summary(consistency.pose_nees(poses, truth), 4),
@@ -149,3 +150,43 @@ def test_a_run_in_a_loaded_map_is_judged_by_its_own_stretch(drive, tmp_path, cap
     assert f"evaluated: the last stretch of 2 ({run / 'odometry_2.csv'}, {run / 'pose_covariance_2.csv'})" in told
     found = json.loads((tmp_path / "n.json").read_text())["results"]
     assert found["map"]["mean"] < 5 and found["odometry"]["mean"] < 8
+
+
+def poses_with(sigmas, truth):
+    """Columns of pose_covariance.csv: the truth, with these sigmas of x, y, z and yaw (n, 4)."""
+    yaw = np.arctan2(truth.rotations[:, 1, 0], truth.rotations[:, 0, 0])
+    columns = dict(zip(("stamp", "x", "y", "z", "yaw"), (truth.stamps, *truth.positions.T, yaw)))
+    columns.update({name: np.zeros(len(truth)) for name in POSE_NAMES})
+    columns.update({2 * name if name != "yaw" else "yawyaw": row**2 for name, row in zip(("x", "y", "z", "yaw"), sigmas.T)})
+    return columns
+
+
+def test_a_truth_aligned_with_an_uncertain_pose_is_refused(drive):
+    """As where a run goes on in a loaded map: the error of its first pose would be that of all others."""
+    truth = drive(100)
+    grown = np.outer(np.sqrt(np.arange(1, 101)), [0.1, 0.1, 0.1, 0.001])
+    assert len(consistency.pose_nees(poses_with(grown, truth), truth)) == 99
+    complaint = r"the pose at 0\.000000 s, with which the truth is aligned, has a sigma of 1 m and 0\.03 rad in the map.*right is"
+    with pytest.raises(InputError, match=complaint):
+        consistency.pose_nees(poses_with(grown + [0.9, 0.9, 0.0, 0.029], truth), truth)
+    late = truth.select(range(60, 100))
+    with pytest.raises(InputError, match=r"the pose at 6\.000000 s, .*a sigma of 0\.781 m and 0\.00781 rad"):
+        consistency.pose_nees(poses_with(grown, truth), late)
+
+
+def test_a_yaw_in_doubt_counts_by_its_lever(drive):
+    truth = drive(1000)
+    sigmas = np.tile([0.1, 0.1, 0.1, 0.1], (1000, 1))
+    sigmas[0] = [1e-3, 1e-3, 1e-3, 0.02]
+    with pytest.raises(InputError, match=r"a sigma of 0\.001 m and 0\.02 rad"):
+        consistency.pose_nees(poses_with(sigmas, truth), truth)
+
+
+def test_a_column_that_is_missing_is_named(fails, tmp_path, drive):
+    truth = drive(50)
+    write_tum(tmp_path / "truth.tum", truth)
+    run = write_run(tmp_path / "run", truth)
+    text = (run / "pose_covariance.csv").read_text()
+    (run / "pose_covariance.csv").write_text(text.replace(",xx,", ",cov,"))
+    told = fails("evaluate_nees", run, "--truth", tmp_path / "truth.tum")
+    assert f"{run / 'pose_covariance.csv'}: no column xx; needed are stamp, x, y, z, yaw, xx" in told

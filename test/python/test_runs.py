@@ -66,6 +66,8 @@ def test_broken_maps_are_named(folder, find, put, words):
         ("actions.csv", "stamp,action,src_id,dest_id,x,y,th\n0.1,nan,0,0,0,0,0\n"),
         ("actions.csv", "stamp;action\n0.1;1\n"),
         ("templates.csv", "stamp,template_id,error,relative_rad\n0.1,0,inf,0\n"),
+        ("templates.csv", "stamp,template_id\n0.1,0\n"),
+        ("pose_cells.csv", "stamp,layer,row,column\n5.0,35,29,4\n"),
     ],
 )
 def test_a_run_that_is_none_is_drawn_or_refused_in_one_line(folder, name, content):

@@ -38,9 +38,10 @@ def main(argv=None) -> None:
     stretches = [[path, *later_files(path)] for path in (odometry, poses)]
     odometry, poses = (files[-1] for files in stretches)  # the truth belongs to the recording of this run
     motions = odometry_file.read_motions(odometry)
+    columns = run_folder.read_columns(poses, consistency.POSE_COLUMNS)
     results = {
-        "odometry": consistency.summary(consistency.motion_nees(motions, known), 6),
-        "map": consistency.summary(consistency.pose_nees(run_folder.read_columns(poses), known), 4),
+        "odometry": consistency.summary(_of_file(odometry, consistency.motion_nees, motions, known), 6),
+        "map": consistency.summary(_of_file(poses, consistency.pose_nees, columns, known), 4),
     }
     rows = [["NEES of", "count", "free", "mean", "median", "95 % band", "in band", "below", "above", "up to 95 %"]]
     for name, found in results.items():
@@ -61,3 +62,11 @@ def main(argv=None) -> None:
         print(f"evaluated: the last stretch of {count} ({odometry}, {poses})")
     if arguments.save_results:
         write_json(arguments.save_results, {"metric": "nees", "run": arguments.run, "results": results})
+
+
+def _of_file(path: str, nees, *values):
+    """nees(*values), whose values are from the file. @throws InputError that names it"""
+    try:
+        return nees(*values)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None

@@ -16,6 +16,10 @@ from ratslam_tools.trajectory import Trajectory, association, geometry
 
 BAND = 0.95
 MAX_CHI_SQUARED = 1e4
+# Upper triangle of the covariance of x, y, z, yaw in pose_covariance.csv.
+COVARIANCE_COLUMNS = (("xx", "xy", "xz", "xyaw"), ("yy", "yz", "yyaw"), ("zz", "zyaw"), ("yawyaw",))
+POSE_COLUMNS = ("stamp", "x", "y", "z", "yaw", *(name for line in COVARIANCE_COLUMNS for name in line))
+GREATEST_SHIFT = 1.0  # of the NEES, whose mean is 4, by the alignment
 
 
 def chi_squared_quantile(share: float, freedom: int) -> float:
@@ -94,9 +98,9 @@ def motion_nees(odometry: odometry_file.Motions, truth: Trajectory) -> np.ndarra
 def pose_nees(poses: Dict[str, np.ndarray], truth: Trajectory) -> np.ndarray:
     """NEES, 4 degrees of freedom (x, y, z, yaw), of the robot's poses in the map.
 
-    @param poses columns of pose_covariance.csv. The truth is aligned with the first of them, which is exact in the
-    map.
-    @throws InputError if fewer than two have a true pose.
+    @param poses POSE_COLUMNS of pose_covariance.csv. The truth is aligned with the first pose that has a true one. That
+    pose must be all but exact in the map, as at the beginning of a new map, because its error goes into all others.
+    @throws InputError if it is not, or fewer than two have a true pose.
     """
     rows, partners = association.match_stamps(poses["stamp"], truth.stamps, association.MAX_STAMP_DIFFERENCE_S)
     if len(rows) < 2:
@@ -111,8 +115,30 @@ def pose_nees(poses: Dict[str, np.ndarray], truth: Trajectory) -> np.ndarray:
     errors = estimates - expected
     errors[:, 3] = np.arctan2(np.sin(errors[:, 3]), np.cos(errors[:, 3]))
     covariances = np.empty((len(rows), 4, 4))
-    names = (("xx", "xy", "xz", "xyaw"), ("yy", "yz", "yyaw"), ("zz", "zyaw"), ("yawyaw",))
-    for row, line in enumerate(names):
+    for row, line in enumerate(COVARIANCE_COLUMNS):
         for offset, name in enumerate(line):
             covariances[:, row, row + offset] = covariances[:, row + offset, row] = poses[name][rows]
-    return nees(errors[1:], covariances[1:])
+    found = nees(errors[1:], covariances[1:])
+    _require_exact_start(poses["stamp"][rows[0]], covariances, expected[:, :2] - expected[0, :2])
+    return found
+
+
+def _require_exact_start(stamp: float, covariances: np.ndarray, ways: np.ndarray) -> None:
+    """@throws InputError if the first pose is so uncertain that the alignment with it shifts the NEES of the others.
+
+    An error e0 of the first pose, turned about it, adds J e0 to every other one, where J has the way to it as the lever of the
+    yaw. With P0 = E(e0 e0^T) the NEES shifts by trace(P^-1 J P0 J^T): up if the errors are independent, down if they have e0
+    in common. @param ways from the first pose to each (n, 2) [m]
+    """
+    levers = np.tile(np.eye(4), (len(ways), 1, 1))
+    levers[:, 0, 3], levers[:, 1, 3] = -ways[:, 1], ways[:, 0]
+    added = (levers @ covariances[0] @ np.swapaxes(levers, 1, 2))[1:]
+    shift = np.median(np.trace(np.linalg.solve(covariances[1:], added), axis1=1, axis2=2))
+    if shift > GREATEST_SHIFT:
+        place = math.sqrt(max(0.0, *np.linalg.eigvalsh(covariances[0, :3, :3])))
+        yaw = math.sqrt(max(0.0, covariances[0, 3, 3]))
+        raise InputError(
+            f"the pose at {stamp:.6f} s, with which the truth is aligned, has a sigma of {place:.3g} m and {yaw:.3g} rad in the "
+            "map, and its error would be that of all others; right is a run that begins its own map, with the truth from its "
+            "first pose on"
+        )

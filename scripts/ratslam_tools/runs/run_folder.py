@@ -8,7 +8,7 @@ import os
 import re
 import zipfile
 import zlib
-from typing import Dict, List, Optional
+from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from ratslam_tools.trajectory import Trajectory, later_files, read_stretches
 
 EXPERIENCE_KEYS = ("id", "x", "y", "z", "yaw", "log_scale")
 LINK_KEYS = ("id", "from", "to", "distance", "heading_rad", "facing_rad", "rise", "duration_s")
-ACTION_NAMES = ("none", "create node", "create edge", "set node")
+# Columns that are read of each file; a file may have more.
+TEMPLATE_COLUMNS = ("stamp", "template_id", "error")
+ACTION_COLUMNS = ("stamp", "action", "dest_id", "x", "y", "th")
+ACTIVITY_COLUMNS = ("stamp", "layer", "row", "column", "activity")
 ENTRY = re.compile(r"^\s*-\s*\{(.*)\}\s*$")
 
 
@@ -74,7 +77,7 @@ def read_map(path: str) -> Map:
 def _column(path: str, entries: list, key: str) -> np.ndarray:
     """One key of all entries as numbers. Keys of maps with scale may be missing and count as 0.
     """
-    optional = key in ("z", "log_scale", "stamp", "view_id")
+    optional = key in ("z", "log_scale")
     try:
         column = np.array([text_file.number(entry.get(key, "0") if optional else entry[key]) for entry in entries])
     except KeyError:
@@ -86,12 +89,15 @@ def _column(path: str, entries: list, key: str) -> np.ndarray:
     return column
 
 
-def read_columns(path: str) -> Dict[str, np.ndarray]:
-    """A CSV file with a head as a dict of number arrays."""
+def read_columns(path: str, needed: Sequence[str]) -> Dict[str, np.ndarray]:
+    """A CSV file with a head as a dict of number arrays. @throws InputError if one of the columns `needed` is missing"""
     lines = [(number, line.split(",")) for number, line in text_file.read_lines(path)]
     if not lines:
         raise InputError(f"{path}: empty")
     names = [name.strip() for name in lines[0][1]]
+    absent = [name for name in needed if name not in names]
+    if absent:
+        raise InputError(f"{path}: no column {absent[0]}; needed are {', '.join(needed)}, parted by commas")
     rows = []
     for number, words in lines[1:]:
         if len(words) != len(names):
@@ -99,8 +105,7 @@ def read_columns(path: str) -> Dict[str, np.ndarray]:
         try:
             rows.append([text_file.finite_number(word) for word in words])
         except ValueError as error:
-            hint = "; columns are parted by commas" if len(names) == 1 and ";" in names[0] else ""
-            raise InputError(f"{path}:{number}: {error}{hint}") from None
+            raise InputError(f"{path}:{number}: {error}") from None
     table = np.array(rows).reshape(len(rows), len(names))
     return {name: table[:, column] for column, name in enumerate(names)}
 
@@ -141,9 +146,9 @@ class Run:
         self.online: Optional[Trajectory] = self._read("trajectory_online.tum", read_stretches)
         self.odometry: Optional[Trajectory] = self._read("trajectory_odometry.tum", read_stretches)
         self.map: Optional[Map] = self._read("map.yaml", read_map)
-        self.templates = self._read("templates.csv", read_columns)
-        self.actions = self._read("actions.csv", read_columns)
-        self.activity = self._read("pose_cells.csv", read_columns)
+        self.templates = self._read("templates.csv", read_columns, TEMPLATE_COLUMNS)
+        self.actions = self._read("actions.csv", read_columns, ACTION_COLUMNS)
+        self.activity = self._read("pose_cells.csv", read_columns, ACTIVITY_COLUMNS)
         self.pose_cells: Optional[Dict[str, np.ndarray]] = self._read("pose_cells.npz", read_arrays)
         self.summary = self._read("summary.json", read_json) or {}
         if self.final is None:
@@ -153,11 +158,11 @@ class Run:
             if trajectory is not None:
                 trajectory.name = label
 
-    def _read(self, name: str, reader):
+    def _read(self, name: str, reader, *more):
         if self._of_nodes and name not in NODE_FILES:
             return None
         path = self.folder + NODE_FILES[name] if self._of_nodes else os.path.join(self.folder, name)
-        return reader(path) if os.path.exists(path) else None
+        return reader(path, *more) if os.path.exists(path) else None
 
     @property
     def trajectories(self) -> list:
