@@ -46,3 +46,20 @@ def test_a_log_converted_alone_names_them_as_well(folder, capsys):
     (folder / "data_gps.txt").write_text((folder / "data_gps.txt").read_text().replace("000,49", ",49"))
     trajectory_convert.main([str(folder / "data_gps.txt"), str(folder / "gps.tum"), "--from", "gps"])
     assert "data_gps.txt: time of 10 digits, taken as milliseconds (of 1970); is it in seconds?: 3" in "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize(
+    "digits, times, expected",
+    [
+        ("", [0, 0, 0, 5], [0, 333333, 666666, 5000000]),
+        ("000", [0, 0, 100, 200, 200, 5000], [0, 50000, 100000, 200000, 700000, 5000000]),
+        ("000000", [7, 7, 9, 9], [7, 8, 9, 500009]),
+    ],
+)
+def test_samples_of_one_time_stay_before_the_next(folder, digits, times, expected):
+    """Whether the times are in milliseconds, microseconds or nanoseconds."""
+    first = int("1600000000000" + digits)
+    (folder / "data_imu.txt").write_text("".join(f"{first + time},{row},9.8,0,0,0,0\n" for row, time in enumerate(times)))
+    found = recorder.read(str(folder))
+    assert [stamp - 1600000000 * 10**9 for stamp in found.imu_stamps] == expected
+    assert found.imu[:, 0].tolist() == list(range(len(times)))

@@ -211,12 +211,11 @@ def _read_imu(recording: Recording) -> None:
     samples = _numbers(_rows(path, 7, 8, recording.dropped, "IMU"), 6, recording.dropped, "IMU samples")
     whole = [sample for sample in samples if np.isfinite(sample[1]).all()]
     recording.dropped["IMU sample that is no number"] += len(samples) - len(whole)
-    repeats = Counter(stamp for stamp, _ in whole)
-    seen: Counter = Counter()
-    for stamp, _ in whole:
-        # Several samples within one millisecond are all real, so they are distributed evenly over it.
-        recording.imu_stamps.append(stamp + seen[stamp] * 10**6 // repeats[stamp])
-        seen[stamp] += 1
+    repeats = Counter(stamp for stamp, _ in whole)  # in order of time, as the samples are
+    for stamp, following in zip(repeats, [*list(repeats)[1:], MAX_STAMP_NS]):
+        # Several samples of one time are all real. They are distributed evenly over its millisecond, or up to the next time.
+        span = min(10**6, following - stamp)
+        recording.imu_stamps += [stamp + number * span // repeats[stamp] for number in range(repeats[stamp])]
     recording.imu = np.array([numbers for _, numbers in whole]).reshape(-1, 6)
 
 
