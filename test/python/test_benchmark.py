@@ -96,6 +96,14 @@ def test_figures_of_all_programs_go_to_one_file(tmp_path, capsys):
     assert "view search" in capsys.readouterr().out
 
 
+def test_the_build_folder_is_the_callers(tmp_path, monkeypatch):
+    (tmp_path / "mine").mkdir()
+    fake_program(tmp_path / "mine", "a_benchmark", json.dumps({"context": {}, "benchmarks": MEASURED}))
+    monkeypatch.chdir(tmp_path)
+    benchmark.main(["--no-build", "--build", "mine", "--out", "b.json"])
+    assert len(json.loads((tmp_path / "b.json").read_text())["benchmarks"]) == len(MEASURED)
+
+
 def test_only_chooses_programs_and_refuses_unknown_names(tmp_path):
     for name in ("a_benchmark", "b_benchmark"):
         fake_program(tmp_path, name, "{}")

@@ -184,7 +184,9 @@ def parse(argv):
     parser.add_argument(
         "--only", nargs="+", default=[], metavar="PART", help="programs whose names hold one of these"
     )
-    return parser.parse_args(argv)
+    options = parser.parse_args(argv)
+    options.build = os.path.abspath(options.build)  # the programs run in another folder than the caller's
+    return options
 
 
 def main(argv=None) -> None:
