@@ -118,7 +118,9 @@ def test_files_of_another_sequence_are_not_overwritten(tmp_path):
 @pytest.mark.parametrize(
     "option, value, words",
     [
-        ("--max_steering_deg", "90", "--max_steering_deg: 90 is not allowed: below 90"),
+        ("--max_steering_deg", "90", "--max_steering_deg: 90 is not allowed: below 80.36 with --steering_trim 0.12"),
+        ("--max_steering_deg", "85", "--max_steering_deg: 85 is not allowed: below 80.36 with --steering_trim 0.12"),
+        ("--steering_trim", "-3", "--max_steering_deg: 25 is not allowed: below 22.5 with --steering_trim -3"),
         ("--focal_px", "1e300", "--focal_px: 1e.300 is not allowed: 0.001 to 1e.06"),
         ("--speed_per_throttle", "1e300", "at record 1 the options make .* m/s and .* rad/s of its commands"),
         ("--wheelbase", "1e-300", "at record 1 the options make"),

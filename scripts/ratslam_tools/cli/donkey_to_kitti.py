@@ -215,8 +215,13 @@ def main(argv=None) -> None:
     for key in ("wheelbase", "max_steering_deg", "speed_per_throttle", "focal_px"):
         if getattr(arguments, key) is not None and not getattr(arguments, key) > 0:
             raise InputError(f"--{key}: {getattr(arguments, key)} is not allowed: above 0")
-    if arguments.max_steering_deg >= 90.0:
-        raise InputError(f"--max_steering_deg: {arguments.max_steering_deg:g} is not allowed: below 90")
+    # At full lock against the trim the wheels stand at more than --max_steering_deg.
+    most = 90.0 / (1.0 + abs(arguments.steering_trim))
+    if arguments.max_steering_deg >= most:
+        raise InputError(
+            f"--max_steering_deg: {arguments.max_steering_deg:g} is not allowed: below {most:.4g} with --steering_trim "
+            f"{arguments.steering_trim:g}, so that the wheels stay below 90 degrees"
+        )
     if arguments.focal_px is not None and not FOCAL_PX[0] <= arguments.focal_px <= FOCAL_PX[1]:
         raise InputError(f"--focal_px: {arguments.focal_px:g} is not allowed: {FOCAL_PX[0]:g} to {FOCAL_PX[1]:g}")
     for key in ("delay", "speed_lag"):
