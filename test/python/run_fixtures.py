@@ -97,3 +97,26 @@ def program(tmp_path, folder):
 def calls(program):
     log = program.parent / "calls"
     return log.read_text().splitlines() if log.exists() else []
+
+
+def sweep_words(program, tmp_path, *vary):
+    """The words of a sweep with the stand-in."""
+    words = [
+        "input",
+        "--config",
+        "c.yaml",
+        "--truth",
+        str(tmp_path / "truth.tum"),
+        "--out",
+        str(tmp_path / "out"),
+        "--ratslam_run",
+        str(program),
+        "--jobs",
+        "2",
+    ]
+    return words + [word for text in vary for word in ("--vary", text)]
+
+
+def merging(out, folders, *vary):
+    """The words that put shards together."""
+    return [*(word for text in vary for word in ("--vary", text)), "--out", str(out), "--merge", *map(str, folders)]

@@ -6,12 +6,13 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
 from conftest import SCRIPTS
-from run_fixtures import calls, folder, program  # noqa: F401  (fixtures)
+from run_fixtures import calls, folder, merging, program, sweep_words  # noqa: F401  (fixtures)
 from ratslam_tools.cli import sweep
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import grid
@@ -47,6 +48,8 @@ def test_ranges(text, values):
         "k=0:1:x",
         "k=0:1:1e-9",
         "k=0:inf:1",
+        "k=0:1e308:1e-308",
+        "k=-1e308:1e308:1",
     ],
 )
 def test_ranges_that_are_none(text):
@@ -59,23 +62,6 @@ def test_a_file_is_no_folder_for_runs(tmp_path):
     with pytest.raises(InputError, match="--out: .* is a file"):
         sweep.main(["in", "--config", "c", "--vary", "k=1,2", "--goal", "counts.recalls", "--out", str(tmp_path / "out")])
     assert (tmp_path / "out").read_text() == "mine"
-
-
-def sweep_words(program, tmp_path, *vary):
-    words = [
-        "input",
-        "--config",
-        "c.yaml",
-        "--truth",
-        str(tmp_path / "truth.tum"),
-        "--out",
-        str(tmp_path / "out"),
-        "--ratslam_run",
-        str(program),
-        "--jobs",
-        "2",
-    ]
-    return words + [word for text in vary for word in ("--vary", text)]
 
 
 def test_sweep_finds_the_optimum_and_does_not_repeat_itself(program, tmp_path, capsys):
@@ -132,7 +118,7 @@ def test_results_that_are_none_are_computed_anew_and_not_merged(program, tmp_pat
     for content in ("[1]", '{"figures": 3}', '{"figures": {"a": "b"}}', "{"):
         (tmp_path / "out" / "runs" / "other=1" / "result.json").write_text(content)
         with pytest.raises(InputError, match="other=1/result.json: not "):
-            sweep.main(words + ["--merge", str(tmp_path / "out")])
+            sweep.main(merging(tmp_path / "out", [tmp_path / "out"], "other=1,2"))
     sweep.main(words)
     assert len(calls(program)) == 3
 
@@ -143,7 +129,7 @@ def test_what_follows_two_dashes_is_passed_on(program, tmp_path):
     assert len(calls(program)) == 3 and all(call.endswith(" ".join(more)) for call in calls(program))
 
 
-@pytest.mark.parametrize("more", [[], ["--shard", "1/2"], ["--merge", "elsewhere"]])
+@pytest.mark.parametrize("more", [[], ["--shard", "1/2"]])
 def test_runs_do_not_lie_in_the_recordings_own_folder(program, tmp_path, more):
     (tmp_path / "drive").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "drive")
@@ -209,35 +195,77 @@ def test_any_figure_may_be_the_goal_and_needs_no_truth(program, tmp_path, capsys
         sweep.main(words + ["--goal", "counts.birds"])
 
 
-def test_shards_put_together_are_the_whole_sweep(program, tmp_path, capsys):
-    vary = ("pc_vt_inject_energy=0.1:0.3:0.1", "other=1,2")
-    whole = sweep_words(program, tmp_path, *vary)
-    sweep.main(whole)
-    expected = (tmp_path / "out" / "sweep.csv").read_text()
-    told = capsys.readouterr().out
-    parts = []
-    for number in (1, 2, 3, 4):
-        part = str(tmp_path / f"part{number}")
-        parts.append(part)
-        words = [part if word == str(tmp_path / "out") else word for word in whole]
-        sweep.main(words + ["--shard", f"{number}/4"])
-        assert not os.path.exists(os.path.join(part, "sweep.csv"))
-    assert len(calls(program)) == 12
+def test_a_sweep_needs_a_recording(capsys):
+    with pytest.raises(SystemExit):
+        sweep.main(["--vary", "k=1,2", "--out", "out"])
+    assert "the following arguments are required: INPUT, --config" in capsys.readouterr().err
+
+
+def test_runs_without_the_goal_are_left_out(program, tmp_path, capsys):
+    vary = "pc_vt_inject_energy=0.1,0.2,0.4"
+    sweep.main(sweep_words(program, tmp_path, vary))
+    path = tmp_path / "out" / "runs" / "pc_vt_inject_energy=0.2" / "result.json"
+    record = json.loads(path.read_text())
+    del record["figures"]["ape.final.ground_mean"]
+    path.write_text(json.dumps(record))
     capsys.readouterr()
-    merged = [str(tmp_path / "merged") if word == str(tmp_path / "out") else word for word in whole]
-    sweep.main(merged + ["--merge", *parts])
-    assert len(calls(program)) == 12
-    assert (tmp_path / "merged" / "sweep.csv").read_text() == expected
-    assert capsys.readouterr().out.splitlines()[0] == told.splitlines()[0]
-    with pytest.raises(InputError, match="2 of 6 runs failed.*no shard has left it"):
-        sweep.main(merged + ["--merge", *parts[:1], *parts[2:]])
-    part = json.loads(next((tmp_path / "part1").rglob("result.json")).read_text())
-    next((tmp_path / "part1").rglob("result.json")).write_text(json.dumps({**part, "judged_by": "another truth"}))
-    with pytest.raises(InputError, match="--merge: .*result.json and .*result.json were judged by different truths"):
-        sweep.main(merged + ["--merge", *parts])
-    for bad in ("0/4", "5/4", "1", "a/b"):
-        with pytest.raises(InputError, match="K/N"):
-            sweep.main(whole + ["--shard", bad])
+    sweep.main([*sweep_words(program, tmp_path, vary), "--goal", "ape.final.ground_mean"])
+    told = capsys.readouterr()
+    assert "note: 1 of 3 runs have no ape.final.ground_mean and are left out" in told.err
+    assert "best ape.final.ground_mean" in told.out and "with pc_vt_inject_energy=0.1" in told.out
+    assert (tmp_path / "out" / "ape.final.ground_mean_over_pc_vt_inject_energy.png").exists()
+
+
+@pytest.mark.parametrize(
+    "name, label",
+    [
+        ("ape.final.mean", "mean APE of the final trajectory [m]"),
+        ("ape.online.sse", "sse APE of the online trajectory [m^2]"),
+        ("ape.final.coverage", "coverage of the final trajectory, as a share"),
+        ("timing.orb_odometry", "orb odometry [ms a frame]"),
+        ("counts.recalls", "recalls"),
+    ],
+)
+def test_a_figure_names_the_unit_of_its_goal(name, label):
+    assert grid.Goal(name).label == label
+
+
+def test_every_point_has_a_folder_of_its_own():
+    names = {grid.folder_name({"k": value}) for value in ("a/b", "a_b", "a%2Fb", "ab")}
+    assert len(names) == 4 and all("/" not in name for name in names)
+
+
+class StandIn:
+    """A runner whose runs last until it is stopped."""
+
+    def __init__(self):
+        self.begun, self.stopped = threading.Event(), threading.Event()
+
+    def run(self, _words):
+        self.begun.set()
+        assert self.stopped.wait(20)
+        raise InputError("stopped")
+
+    def stop(self):
+        self.stopped.set()
+
+
+def test_an_interrupted_sweep_leaves_the_older_results_of_what_it_has_not_begun(tmp_path, monkeypatch):
+    points = grid.grid([("k", ["1", "2", "3"])])
+    begun = grid.Sweep(lambda _point, folder: ["program", "in", "--out", folder], points, str(tmp_path), None, 0.01, False)
+    begun.runner = StandIn()
+    for number in (1, 2, 3):
+        (tmp_path / "runs" / f"k={number}").mkdir(parents=True)
+        (tmp_path / "runs" / f"k={number}" / "result.json").write_text("{}")
+
+    def interrupted(_futures):
+        assert begun.runner.begun.wait(20)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(grid, "as_completed", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        begun.run(1)
+    assert sorted(path.parent.name for path in tmp_path.rglob("result.json")) == ["k=2", "k=3"]
 
 
 def test_what_runs_remark_is_told_once(program, tmp_path, capsys):

@@ -3,11 +3,12 @@ parameter."""
 
 import argparse
 import os
+import sys
 
 from ratslam_tools.cli.plot_run import add_truth_options, complete_truth_options
 from ratslam_tools.datasets import truth
-from ratslam_tools.errors import InputError
-from ratslam_tools.runs import grid, runner
+from ratslam_tools.errors import InputError, require_effect
+from ratslam_tools.runs import grid, runner, shards
 
 
 def main(argv=None) -> None:
@@ -28,12 +29,10 @@ def main(argv=None) -> None:
         "        --out out/recalls\n"
         "on four machines that share a folder, then together:\n"
         "  sweep drive.bag --config my.yaml --truth drive.bag --vary pc_cell_x_size=0.5:4:0.5 --out out/grid --shard 1/4\n"
-        "  sweep drive.bag --config my.yaml --vary pc_cell_x_size=0.5:4:0.5 --out out/grid --merge out/grid",
+        "  sweep --vary pc_cell_x_size=0.5:4:0.5 --out out/grid --merge out/grid",
     )
-    parser.add_argument("input", metavar="INPUT", help="bag or KITTI sequence folder, as for ratslam_run")
-    parser.add_argument(
-        "--config", required=True, metavar="FILE", help="configuration the varied keys are set on top of"
-    )
+    parser.add_argument("input", nargs="?", metavar="INPUT", help="bag or KITTI sequence folder, as for ratslam_run")
+    parser.add_argument("--config", metavar="FILE", help="configuration the varied keys are set on top of")
     add_truth_options(parser)
     parser.add_argument(
         "--vary",
@@ -61,19 +60,22 @@ def main(argv=None) -> None:
         "--shard", metavar="K/N", help="compute only the Kth of N equal parts of the runs, for --merge later"
     )
     division.add_argument(
-        "--merge", nargs="+", metavar="DIR", help="compute nothing: put together what shards left in these folders"
+        "--merge", nargs="+", metavar="DIR", help="compute nothing: put together what shards left in these folders; "
+        "takes only --vary, --out and --goal besides"
     )
     parser.add_argument("--keep", action="store_true", help="keep every run's files, not only its figures")
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
     own, more = runner.split(argv)
     arguments = parser.parse_args(own)
     arguments.more = more
+    _require_sense(parser, arguments)
     complete_truth_options(arguments)
     if arguments.jobs is not None and arguments.jobs < 1:
         raise InputError(f"--jobs: {arguments.jobs} is not allowed: at least 1")
     if os.path.exists(arguments.out) and not os.path.isdir(arguments.out):
         raise InputError(f"--out: {arguments.out} is a file; a folder is needed")
-    runner.require_apart(arguments.out, arguments.input)
+    if not arguments.merge:
+        runner.require_apart(arguments.out, arguments.input)
     varied = [grid.parse_vary(text) for text in arguments.vary]
     points = grid.grid(varied)
     runner.require_not_set([key for key, _ in varied], more)
@@ -81,7 +83,7 @@ def main(argv=None) -> None:
     if arguments.truth is None and goal.name.startswith("ape.") and not arguments.merge:
         raise InputError(f"--goal: {goal.name} needs --truth FILE; without the truth take another, such as counts.recalls")
     if arguments.merge:
-        found, missing = grid.merge(arguments.merge, points)
+        found, missing = shards.merge(arguments.merge, points)
         failures = [f"{name}: no shard has left it" for name in missing]
         if not found:
             raise InputError(f"--merge: none of the {len(points)} runs is in {', '.join(arguments.merge)}")
@@ -95,6 +97,21 @@ def main(argv=None) -> None:
         print(f"wrote {os.path.join(arguments.out, 'sweep.csv')} and its figures")
     if failures:
         raise InputError(f"{len(failures)} of {len(points)} runs failed; the first: {failures[0]}")
+
+
+def _require_sense(parser, arguments) -> None:
+    """Refuses a sweep of nothing, and what has no effect with --merge. @throws InputError"""
+    needed = [name for name, value in (("INPUT", arguments.input), ("--config", arguments.config)) if value is None]
+    if needed and not arguments.merge:
+        parser.error(f"the following arguments are required: {', '.join(needed)}")
+    why = "--merge computes nothing, and takes what the runs have left"
+    if arguments.merge and arguments.input is not None:
+        raise InputError(f"INPUT: {arguments.input} has no effect: {why}")
+    if arguments.merge and arguments.more:
+        raise InputError(f"--: {' '.join(arguments.more)} has no effect: {why}")
+    others = ("config", "truth", "times", "t_max_diff", "odometry", "max-frames", "jobs", "keep", "ratslam_run")
+    given = {name: getattr(arguments, name.replace("-", "_")) for name in others}
+    require_effect(not arguments.merge, why, **given)
 
 
 def compute(arguments, varied, points, goal):
@@ -121,7 +138,7 @@ def compute(arguments, varied, points, goal):
 
     jobs = arguments.jobs or os.cpu_count() or 1
     if arguments.shard:
-        part = grid.shard(points, arguments.shard)
+        part = shards.shard(points, arguments.shard)
         return grid.Sweep(words, part, arguments.out, known, arguments.t_max_diff, arguments.keep).run(jobs)
     _, found, failures = grid.execute(
         words, varied, arguments.out, known, arguments.t_max_diff, jobs, arguments.keep, goal
@@ -131,13 +148,16 @@ def compute(arguments, varied, points, goal):
 
 def tell_best(goal, points, found) -> None:
     """Prints the best run, or that all runs are equal."""
+    values = goal.of(found)
+    if len(values) < len(found):
+        print(f"note: {len(found) - len(values)} of {len(found)} runs have no {goal.name} and are left out", file=sys.stderr)
     value, best = goal.best(found)
     coverage = found[best[0]].get("ape.final.coverage")
     told = f" (coverage {100 * coverage:.1f} %)" if goal.name.startswith("ape.final") and coverage is not None else ""
     settings = [", ".join(f"{key}={word}" for key, word in points[index].items()) for index in best]
     if len(best) == 1:
         print(f"{len(found)} of {len(points)} runs; best {goal.name} {value:.4g}{told} with {settings[0]}")
-    elif len(best) == len(found):
+    elif len(best) == len(values):
         print(f"{len(found)} of {len(points)} runs; all have the same {goal.name}, {value:.4g}{told}: none is the best")
     else:
         print(f"{len(found)} of {len(points)} runs; {len(best)} share the best {goal.name}, {value:.4g}{told}:")

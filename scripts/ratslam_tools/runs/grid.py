@@ -11,8 +11,9 @@ import json
 import os
 import shutil
 import sys
+import threading
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from typing import Dict, List, Optional, Tuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from ratslam_tools import evaluation, plotting, text_file
 from ratslam_tools.errors import InputError, one_line
 from ratslam_tools.evaluation import metrics
 from ratslam_tools.progress import Progress
-from ratslam_tools.runs import fingerprint, run_figures, run_folder, runner
+from ratslam_tools.runs import fingerprint, run_figures, runner
 from ratslam_tools.runs.run_folder import Run
 
 MAX_RUNS = 10000
@@ -58,10 +59,10 @@ def parse_values(option: str, text: str, values: str) -> List[str]:
             f"{option}: '{text}' is not allowed: finite numbers, step above 0 and stop not below start"
         )
     # Half a millionth of a step of slack, so that 0.05:0.5:0.05 ends with 0.5 whatever the rounding.
-    count = int(np.floor((stop - start) / step + 5e-7)) + 1
+    count = np.floor((stop - start) / step + 5e-7) + 1  # may be infinite
     if count > MAX_RUNS:
-        raise InputError(f"{option}: '{text}' is not allowed: {count} values; at most {MAX_RUNS}")
-    return [f"{start + index * step:.10g}" for index in range(count)]
+        raise InputError(f"{option}: '{text}' is not allowed: {count:.10g} values; at most {MAX_RUNS}")
+    return [f"{start + index * step:.10g}" for index in range(int(count))]
 
 
 def grid(varied: List[Tuple[str, List[str]]]) -> List[Dict[str, str]]:
@@ -79,8 +80,8 @@ def grid(varied: List[Tuple[str, List[str]]]) -> List[Dict[str, str]]:
 
 
 def folder_name(point: Dict[str, str]) -> str:
-    """Name of the folder of one run."""
-    return "_".join(f"{key}={value}" for key, value in point.items()).replace("/", "_")
+    """Name of the folder of one run. Values with a slash, such as files, have it as %2F."""
+    return "_".join(f"{key}={value}" for key, value in point.items()).replace("%", "%25").replace("/", "%2F")
 
 
 def evaluate(folder: str, known, t_max_diff: float) -> Dict[str, float]:
@@ -125,6 +126,7 @@ class Sweep:
         self.words_of, self.points, self.out = words_of, points, out
         self.known, self.t_max_diff, self.keep = known, t_max_diff, keep
         self.runner = runner.Runner()
+        self.stopped = threading.Event()
         self.judged_by = _judge(known, t_max_diff)
         self.remarks: List[List[str]] = []  # of each run
 
@@ -156,7 +158,9 @@ class Sweep:
         return self.words_of(point, os.path.join(self.out, "runs", folder_name(point)))
 
     def compute(self, point: Dict[str, str]):
-        """Runs one point and writes its results."""
+        """Runs one point and writes its results. @throws InputError if it fails or the sweep was stopped before"""
+        if self.stopped.is_set():  # what an earlier sweep has left stays
+            raise InputError("stopped")
         folder = os.path.join(self.out, "runs", folder_name(point))
         shutil.rmtree(folder, ignore_errors=True)
         os.makedirs(folder)
@@ -187,8 +191,10 @@ class Sweep:
         missing = [index for index in range(len(self.points)) if index not in found]
         progress = Progress(len(missing), f"sweep ({len(found)} done before)" if found else "sweep")
         with ThreadPoolExecutor(jobs) as pool:
-            futures = {pool.submit(self.compute, self.points[index]): index for index in missing}
+            futures: Dict[Future, int] = {}
             try:
+                for index in missing:
+                    futures[pool.submit(self.compute, self.points[index])] = index
                 for future in as_completed(futures):
                     try:
                         found[futures[future]] = future.result()
@@ -196,6 +202,9 @@ class Sweep:
                         failures.append(f"{folder_name(self.points[futures[future]])}: {error}")
                     progress.advance()
             except KeyboardInterrupt:
+                self.stopped.set()
+                for future in futures:
+                    future.cancel()
                 self.runner.stop()
                 raise
             finally:
@@ -231,15 +240,18 @@ class Goal:
     def __init__(self, name: str = "ape.final.mean", largest: bool = False):
         self.name, self.largest = name, largest
 
-    def of(self, figures: Dict[str, float]) -> float:
-        """The result of a run by which it is compared. @throws InputError if the run has no such result."""
-        if self.name not in figures:
-            raise InputError(f"--goal: no run has {self.name}; there are {', '.join(sorted(figures))}")
-        return figures[self.name]
+    def of(self, found) -> Dict[int, float]:
+        """The result by which runs are compared, by index of the point, of the runs that have it. @throws InputError if none
+        has."""
+        values = {index: figures[self.name] for index, figures in sorted(found.items()) if self.name in figures}
+        if not values:
+            names = sorted({name for figures in found.values() for name in figures})
+            raise InputError(f"--goal: no run has {self.name}; there are {', '.join(names)}")
+        return values
 
     def best(self, found) -> Tuple[float, List[int]]:
         """The best value and the points that have it, all of them."""
-        values = {index: self.of(figures) for index, figures in found.items()}
+        values = self.of(found)
         best = (max if self.largest else min)(values.values())
         return best, sorted(index for index, value in values.items() if value == best)
 
@@ -247,8 +259,10 @@ class Goal:
     def label(self) -> str:
         """The name of the result with its unit, for the axis of a figure."""
         words = self.name.split(".")
+        if words[0] == "ape" and words[2] == "coverage":
+            return f"coverage of the {words[1]} trajectory, as a share"
         if words[0] == "ape":
-            return f"{words[2]} APE of the {words[1]} trajectory [m]"
+            return f"{words[2]} APE of the {words[1]} trajectory [{'m^2' if words[2] == 'sse' else 'm'}]"
         return f"{words[-1].replace('_', ' ')} [ms a frame]" if words[0] == "timing" else words[-1]
 
 
@@ -259,12 +273,13 @@ def plot_parameter(path: str, key: str, points, found, goal: Optional[Goal] = No
     @param mark value of the parameter to mark, or None.
     """
     goal = goal or Goal()
+    goals = goal.of(found)
     pyplot = plotting.load()
     figure, axes = pyplot.subplots(figsize=(8, 5), constrained_layout=True)
-    numeric = all(_is_number(points[index][key]) for index in found)
-    labels = sorted({points[index][key] for index in found}, key=float if numeric else str)
+    numeric = all(_is_number(points[index][key]) for index in goals)
+    labels = sorted({points[index][key] for index in goals}, key=float if numeric else str)
     places = {label: float(label) if numeric else float(number) for number, label in enumerate(labels)}
-    rows = [(places[points[index][key]], goal.of(found[index])) for index in sorted(found)]
+    rows = [(places[points[index][key]], value) for index, value in goals.items()]
     values, errors = np.array(rows).T
     best = [(place, (errors[values == place].max if goal.largest else errors[values == place].min)()) for place in sorted(set(values))]
     several = len(rows) > len(best)
@@ -324,36 +339,6 @@ def execute(words_of, varied, out: str, known, t_max_diff=0.01, jobs=None, keep=
         raise InputError(f"all {len(points)} runs failed; the first: {failures[0]}")
     leave(out, varied, points, found, goal or Goal())
     return points, found, failures
-
-
-def shard(points, text: str):
-    """The points of shard K of N, 1 <= K <= N: every Nth of the grid. @throws InputError for another form."""
-    first, _, second = text.partition("/")
-    if not (first.isdigit() and second.isdigit() and 1 <= int(first) <= int(second)):
-        raise InputError(f"--shard: '{text}' is not allowed: K/N with K from 1 to N, such as 3/8")
-    return points[int(first) - 1 :: int(second)]
-
-
-def merge(folders: List[str], points):
-    """Results by index of the point, from the shards' folders, and the points that no shard has. @throws InputError for what
-    is no result, or was judged by another truth than the others
-    """
-    found, judges = {}, {}
-    for index, point in enumerate(points):
-        for folder in folders:
-            path = os.path.join(folder, "runs", folder_name(point), RESULT)
-            if os.path.isfile(path):
-                record = run_folder.read_json(path)
-                figures = record.get("figures")
-                if not isinstance(figures, dict) or not all(isinstance(value, (int, float)) for value in figures.values()):
-                    raise InputError(f"{path}: not the result of a run: its figures are not numbers by name")
-                found[index] = figures
-                judges.setdefault(str(record.get("judged_by")), path)
-                break
-    if len(judges) > 1:
-        first, other = list(judges.values())[:2]
-        raise InputError(f"--merge: {other} and {first} were judged by different truths, or matched with another --t_max_diff")
-    return found, [folder_name(point) for index, point in enumerate(points) if index not in found]
 
 
 def leave(out: str, varied, points, found, goal: Goal) -> None:
