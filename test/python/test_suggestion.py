@@ -2,13 +2,15 @@
 
 import math
 import os
+import re
 import subprocess
 import types
 
+import cv2
 import numpy as np
 import pytest
 
-from conftest import built
+from conftest import SOURCE, built
 from ratslam_tools.cli import reproduce_paper, reproduce_records, suggest_parameters
 from ratslam_tools.datasets import flat_yaml, image_message
 from ratslam_tools.errors import InputError
@@ -108,10 +110,68 @@ def test_sweeps_of_the_paper_are_judged_before_anything_runs(tmp_path, words, co
         reproduce_paper.main([str(tmp_path), "--out", str(tmp_path / "out"), *words])
 
 
-def test_images_are_turned_as_a_run_turns_them():
-    image = np.arange(6).reshape(2, 3)
-    assert (suggestion.turn([image], "90")[0] == [[3, 0], [4, 1], [5, 2]]).all()
-    assert (suggestion.turn([image], None)[0] == image).all()
+@pytest.fixture
+def sequence(tmp_path):
+    """A KITTI sequence whose images have their number in a corner; those of image_2 are brighter by 100."""
+    for name, more in (("image_0", 0), ("image_2", 100)):
+        (tmp_path / "seq" / name).mkdir(parents=True)
+        for number in range(30):
+            image = np.full((4, 6), more, np.uint8)
+            image[0, 0] += number
+            cv2.imwrite(str(tmp_path / "seq" / name / f"{number:06d}.png"), image)
+    return tmp_path / "seq"
+
+
+def sampled_corners(source, *words):
+    view = suggestion.View.of_options(words)
+    return [int(image.max()) for image in suggestion.sample_images(str(source), 12, count=4, view=view)]
+
+
+@pytest.mark.parametrize(
+    "words, seen",
+    [
+        ([], [0, 3, 6, 9]),
+        (["--image-folder", "image_2"], [100, 103, 106, 109]),
+        (["--image-f=image_2", "--from-frame", "10"], [110, 113, 116, 119]),
+        (["--from", "26"], [26, 27, 28, 29]),
+        (["--from-frame", "many"], [0, 3, 6, 9]),
+    ],
+)
+def test_the_images_are_those_that_runs_see(sequence, words, seen):
+    assert sampled_corners(sequence, *words) == seen
+
+
+def test_images_behind_the_end_are_refused(sequence):
+    with pytest.raises(InputError, match="^--from-frame: 30 is not allowed: .*seq has 30 images, counted from 0"):
+        sampled_corners(sequence, "--from-frame", "30")
+    with pytest.raises(InputError, match="image_7: no such folder"):
+        sampled_corners(sequence, "--image-folder", "image_7")
+
+
+@pytest.mark.parametrize("words", [["--rotate", "90"], ["--rot", "90"], ["--r=90"]])
+def test_images_are_turned_as_a_run_turns_them(sequence, words):
+    view = suggestion.View.of_options(words)
+    assert suggestion.sample_images(str(sequence), 2, view=view)[1].shape == (6, 4)
+    assert suggestion.sample_images(str(sequence), 2, view=view)[1][0, 3] == 1, "the upper left corner comes to the right"
+
+
+def test_unreadable_images_are_left_out(sequence):
+    (sequence / "image_0" / "000003.png").write_bytes(b"cut off")
+    assert sampled_corners(sequence) == [0, 6, 9]
+    for path in (sequence / "image_0").iterdir():
+        path.write_bytes(b"cut off")
+    with pytest.raises(InputError, match="seq: no image can be read; the first: .*000000.png: not a readable image"):
+        sampled_corners(sequence)
+
+
+def test_images_of_a_phone_come_in_order_of_time_whatever_its_sensors_say(tmp_path):
+    (tmp_path / "images").mkdir()
+    for number, name in ((1, "9"), (2, "10"), (3, "8")):
+        cv2.imwrite(str(tmp_path / "images" / f"{name}.png"), np.full((4, 6), number, np.uint8))
+    lines = "".join(f"160000000000{number},images/{name}.png\n" for number, name in ((1, "9"), (2, "10"), (3, "8")))
+    (tmp_path / "data_image.txt").write_text(lines)
+    (tmp_path / "data_imu.txt").write_text("1600000000000,0,0,9,8,0,0,0,0,0\n")
+    assert sampled_corners(tmp_path) == [1, 2, 3]
 
 
 def test_the_images_of_a_bag_are_those_of_the_topic_that_is_named(tmp_path):
@@ -121,10 +181,23 @@ def test_the_images_of_a_bag_are_those_of_the_topic_that_is_named(tmp_path):
     with rosbag.Bag(str(tmp_path / "two.bag"), "w") as bag:
         for name, grey in (("/back", 10), ("/front", 200)):
             bag.write(name, Image(height=4, width=5, step=5, encoding="mono8", data=bytes([grey] * 20)))
-    for topic, grey in ((None, 10), ("/front", 200)):
-        assert suggestion.sample_images(str(tmp_path / "two.bag"), 10, topic=topic)[0].mean() == grey
+    for words, grey in (([], 10), (["--image-t", "/front"], 200)):
+        assert sampled_corners(tmp_path / "two.bag", *words) == [grey]
     with pytest.raises(InputError, match="no topic of images /left, but /back, /front"):
-        suggestion.sample_images(str(tmp_path / "two.bag"), 10, topic="/left")
+        sampled_corners(tmp_path / "two.bag", "--image-topic", "/left")
+
+
+def test_a_bag_is_seen_from_the_frame_on_that_a_run_begins_with(tmp_path):
+    rosbag = pytest.importorskip("rosbag")
+    from sensor_msgs.msg import Image
+
+    with rosbag.Bag(str(tmp_path / "one.bag"), "w") as bag:
+        for grey in range(30):
+            bag.write("/front", Image(height=4, width=5, step=5, encoding="mono8", data=bytes([grey] * 20)))
+    assert sampled_corners(tmp_path / "one.bag", "--from-frame", "10") == [10, 13, 16, 19]
+    assert sampled_corners(tmp_path / "one.bag", "--from-frame", "26") == [26, 27, 28, 29]
+    with pytest.raises(InputError, match="^--from-frame: 30 is not allowed: .*one.bag has 30 images, counted from 0"):
+        sampled_corners(tmp_path / "one.bag", "--from-frame", "30")
 
 
 @pytest.mark.parametrize(
@@ -137,7 +210,9 @@ def test_the_images_of_a_bag_are_those_of_the_topic_that_is_named(tmp_path):
         ("bgr8", 3, [255, 0, 0], 29),
         ("rgba8", 4, [255, 0, 0, 9], 76),
         ("bgra8", 4, [255, 0, 0, 9], 29),
+        ("8UC4", 4, [255, 0, 0, 9], 29),
         ("yuv422", 2, [128, 77], 77),
+        ("yuv422_yuy2", 2, [77, 128], 77),
     ],
 )
 def test_an_image_message_is_read_as_its_encoding_says(encoding, size, pixel, grey):
@@ -149,7 +224,9 @@ def test_an_image_message_is_read_as_its_encoding_says(encoding, size, pixel, gr
     assert (image == grey).all()
     message.is_bigendian = 1
     assert (image_message.grey(message) == (256 + 77 if encoding == "mono16" else grey)).all()
-    message.data = message.data[:-4]
+    message.data = message.data[:-3]  # the last row ends with its pixels
+    assert image_message.grey(message).shape == (4, 6)
+    message.data = message.data[:-1]
     with pytest.raises(ValueError, match="bytes do not hold 6x4 pixels of"):
         image_message.grey(message)
 
@@ -163,6 +240,28 @@ def test_a_bayer_pattern_has_its_colours_where_it_says(pattern, red, blue):
         return image_message.grey(message)[4:12, 4:12].mean()
 
     assert abs(seen(red) - 76) < 3 and abs(seen(blue) - 29) < 3
+
+
+@pytest.mark.parametrize("encoding, red", [("rgb16", 0), ("bgr16", 2), ("bayer_rggb16", 0), ("bayer_bggr16", 3)])
+@pytest.mark.parametrize("order", ["<u2", ">u2"])
+def test_colours_of_16_bits_become_grey_of_16_bits(encoding, red, order):
+    values = np.zeros((16, 16, 3) if "bayer" not in encoding else (16, 16))
+    if values.ndim == 3:
+        values[:, :, red] = 1000
+    else:
+        values[red // 2 :: 2, red % 2 :: 2] = 1000
+    data = values.astype(order).tobytes()
+    message = types.SimpleNamespace(encoding=encoding, height=16, width=16, step=len(data) // 16, data=data, is_bigendian=order == ">u2")
+    image = image_message.grey(message)
+    assert image.dtype == np.uint16 and abs(image[4:12, 4:12].mean() - 299) < 2
+
+
+def test_every_encoding_that_runs_take_is_known():
+    with open(os.path.join(SOURCE, "src", "ratslam", "camera", "image_decoding.cpp"), encoding="utf-8") as file:
+        taken = re.findall(r'\{"(\w+)", CV_', file.read())
+    assert len(taken) == 22
+    for encoding in taken:
+        image_message.grey(types.SimpleNamespace(encoding=encoding, height=4, width=4, step=32, data=bytes(128), is_bigendian=0))
 
 
 def test_an_unknown_encoding_is_named():

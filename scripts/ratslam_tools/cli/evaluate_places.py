@@ -124,7 +124,7 @@ def _images(path):
     if not os.path.isdir(path):
         return None
     if recorder.is_recording(path):
-        return recorder.read(path).images
+        return recorder.read_images(path)
     folders = (os.path.join(path, name) for name in ("image_0", "images"))
     return images.list_images(next(filter(os.path.isdir, folders), path))
 

@@ -19,7 +19,7 @@ def lines_of(found) -> str:
 
 
 def suggest(runs, sampled: list) -> list:
-    """List of (reason, settings) in the order of docs/tuning.md. @param sampled images in the camera's orientation"""
+    """List of (reason, settings) in the order of docs/tuning.md. @param sampled images as the runs see them"""
     found, settings = [], {}
 
     def add(reason, more):
@@ -88,9 +88,8 @@ def main(argv=None) -> None:
             odometry[0] = runner.shared_odometry(folder, odometry[0])
         return run
 
-    sampled = suggestion.sample_images(arguments.input, arguments.frames, topic=runner.option(more, "--image-topic"))
-    turned = suggestion.turn(sampled, runner.option(more, "--rotate"))
-    text = lines_of(suggest(runs, turned))
+    sampled = suggestion.sample_images(arguments.input, arguments.frames, view=suggestion.View.of_options(more))
+    text = lines_of(suggest(runs, sampled))
     if arguments.yaml is None:
         print(text, end="")
         return

@@ -1,4 +1,4 @@
-"""The pixels of a sensor_msgs/Image. cv_bridge's own converter for Python cannot be loaded on Ubuntu 20.04."""
+"""The pixels of a sensor_msgs/Image, of the encodings that ratslam_run takes. cv_bridge's own converter for Python cannot be loaded on Ubuntu 20.04."""
 
 import numpy as np
 
@@ -12,13 +12,21 @@ _FORMS = {
     "8UC3": (1, 3, "COLOR_BGR2GRAY"),
     "rgb8": (1, 3, "COLOR_RGB2GRAY"),
     "bgra8": (1, 4, "COLOR_BGRA2GRAY"),
+    "8UC4": (1, 4, "COLOR_BGRA2GRAY"),
     "rgba8": (1, 4, "COLOR_RGBA2GRAY"),
+    "bgr16": (2, 3, "COLOR_BGR2GRAY"),
+    "rgb16": (2, 3, "COLOR_RGB2GRAY"),
     "yuv422": (1, 2, "COLOR_YUV2GRAY_UYVY"),
+    "yuv422_yuy2": (1, 2, "COLOR_YUV2GRAY_YUY2"),
     # OpenCV names a pattern by its second row.
     "bayer_rggb8": (1, 1, "COLOR_BayerBG2GRAY"),
     "bayer_bggr8": (1, 1, "COLOR_BayerRG2GRAY"),
     "bayer_gbrg8": (1, 1, "COLOR_BayerGR2GRAY"),
     "bayer_grbg8": (1, 1, "COLOR_BayerGB2GRAY"),
+    "bayer_rggb16": (2, 1, "COLOR_BayerBG2GRAY"),
+    "bayer_bggr16": (2, 1, "COLOR_BayerRG2GRAY"),
+    "bayer_gbrg16": (2, 1, "COLOR_BayerGR2GRAY"),
+    "bayer_grbg16": (2, 1, "COLOR_BayerGB2GRAY"),
 }
 
 
@@ -30,15 +38,17 @@ def grey(message) -> np.ndarray:
         raise ValueError(f"encoding '{message.encoding}' is none of {', '.join(_FORMS)}")
     size, channels, conversion = _FORMS[message.encoding]
     row, least = message.step, message.width * size * channels
-    if message.height * message.width == 0 or row < least or len(message.data) < row * message.height:
+    # The last row may be without its padding.
+    if message.height * message.width == 0 or row < least or len(message.data) < row * (message.height - 1) + least:
         raise ValueError(
             f"{len(message.data)} bytes do not hold {message.width}x{message.height} pixels of {message.encoding} "
             f"in rows of {row} bytes"
         )
-    rows = np.frombuffer(message.data, np.uint8)[: row * message.height].reshape(message.height, row)[:, :least]
+    padded = bytes(message.data[: row * message.height]).ljust(row * message.height, b"\0")
+    rows = np.frombuffer(padded, np.uint8).reshape(message.height, row)[:, :least]
     values = np.ascontiguousarray(rows).view(">u2" if message.is_bigendian and size == 2 else f"<u{size}")
     if size == 2:
-        return values.astype(np.uint16)
+        values = values.astype(np.uint16)
     if conversion is None:
         return values
     pixels = values.reshape(message.height, message.width, channels) if channels > 1 else values

@@ -78,6 +78,13 @@ def read(folder: str) -> Recording:
     return recording
 
 
+def read_images(folder: str) -> List[str]:
+    """Paths of a recording's images by time, whatever its other logs hold. @throws InputError if none exists."""
+    recording = Recording(folder)
+    _read_images(recording)
+    return recording.images
+
+
 def read_gps_log(path: str) -> Recording:
     """Only the GPS of a recording: `path` is its folder or the log itself."""
     log = _path(path, "gps") if os.path.isdir(path) else path

@@ -8,15 +8,17 @@
    With more energy single false recalls would move the packet.
 """
 
+import itertools
 import math
 import os
-from typing import Callable, Dict, List, Optional, Tuple
+from dataclasses import dataclass
+from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ratslam_tools.datasets import image_message, images
+from ratslam_tools.datasets import image_message, images, recorder
 from ratslam_tools.errors import InputError
-from ratslam_tools.runs import run_folder
+from ratslam_tools.runs import run_folder, runner
 
 FRAMES_A_CELL = 2.5  # frames to cross a pose cell at the usual speed
 MOVING = 0.1  # below this share of the 90 % quantile of the speeds the robot stands still
@@ -34,27 +36,68 @@ KEYS = (*(f"image_crop_{axis}_{end}" for axis in "xy" for end in ("min", "max"))
 Runs = Callable[[Dict[str, str]], run_folder.Run]
 
 
-def sample_images(source: str, frames: int, count: int = 60, topic: Optional[str] = None) -> List[np.ndarray]:
-    """Grey images at equal distances over the first `frames` of a folder or bag. @param topic of a bag; None: the
-    first of images"""
-    if source.endswith(".bag"):
-        return _sample_bag(source, frames, count, topic)
-    for name in ("image_0", "images"):
-        folder = os.path.join(source, name)
-        if os.path.isdir(folder):
-            paths = images.list_images(folder)[:frames]
-            chosen = paths[:: max(1, len(paths) // count)]
-            return images.with_eight_bits([images.load_image(path, colour=False) for path in chosen])
-    raise InputError(f"{source}: neither a bag nor a folder with image_0/ or images/")
+@dataclass(frozen=True)
+class View:
+    """Which images of a recording the runs see, and how: options of ratslam_run."""
+
+    topic: Optional[str] = None  # of a bag; None: the first of images
+    folder: Optional[str] = None  # of a KITTI sequence; None: image_0
+    rotate: Optional[str] = None
+    start: int = 0  # the first image
+
+    @staticmethod
+    def of_options(words: Sequence[str]) -> "View":
+        """The view that options of ratslam_run choose. It takes the beginning of an option's name for the option."""
+        names = ("--image-topic", "--image-folder", "--rotate", "--from-frame")
+        whole = []
+        for word in words:
+            begin, equals, value = word.partition("=")
+            meant = [name for name in names if len(begin) > len("--") and name.startswith(begin)]
+            whole.append(meant[0] + equals + value if len(meant) == 1 else word)
+        topic, folder, rotate, start = (runner.option(whole, name) for name in names)
+        return View(topic, folder, rotate, int(start) if start and start.isdecimal() else 0)  # it refuses what is no number
 
 
-def turn(sampled: List[np.ndarray], degrees: Optional[str]) -> List[np.ndarray]:
-    """The images rotated clockwise, as by ratslam_run --rotate."""
-    quarters = int(degrees) // 90 if degrees in ("90", "180", "270") else 0  # None or 0; ratslam_run refuses the rest
-    return [np.rot90(image, -quarters) for image in sampled]
+def sample_images(source: str, frames: int, count: int = 60, view: View = View()) -> List[np.ndarray]:
+    """Grey images at equal distances over the first `frames` that runs see of a folder or bag, upright. Unreadable ones are
+    left out, as in a run. @throws InputError if none is left"""
+    read = _sample_bag if source.endswith(".bag") else _sample_folder
+    quarters = int(view.rotate) // 90 if view.rotate in ("90", "180", "270") else 0  # None or 0; a run refuses the rest
+    return [np.rot90(image, -quarters) for image in images.with_eight_bits(read(source, frames, count, view))]
 
 
-def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> List[np.ndarray]:
+def _sample_folder(source: str, frames: int, count: int, view: View) -> List[np.ndarray]:
+    files = _files_of(source, view.folder)
+    _require_start(view, len(files), source)
+    paths = files[view.start : view.start + frames]
+    sampled, reason = [], None
+    for path in paths[:: max(1, len(paths) // count)]:
+        try:
+            sampled.append(images.load_image(path, colour=False))
+        except InputError as error:
+            reason = reason or error
+    if not sampled:
+        raise InputError(f"{source}: no image can be read; the first: {reason}")
+    return sampled
+
+
+def _require_start(view: View, count: int, source: str) -> None:
+    """@throws InputError if the first image lies behind the last of `count`"""
+    if view.start >= max(count, 1):
+        raise InputError(f"--from-frame: {view.start} is not allowed: {source} has {count} images, counted from 0")
+
+
+def _files_of(source: str, folder: Optional[str]) -> List[str]:
+    """Paths of the images that ratslam_run finds in a folder, in its order."""
+    chosen = os.path.join(source, folder or "image_0")
+    if folder or os.path.isdir(chosen):
+        return images.list_images(chosen)
+    if os.path.isfile(os.path.join(source, "data_image.txt")) or os.path.isdir(os.path.join(source, "images")):
+        return recorder.read_images(source)
+    raise InputError(f"{source}: neither a bag nor a folder with image_0/, data_image.txt or images/")
+
+
+def _sample_bag(path: str, frames: int, count: int, view: View) -> List[np.ndarray]:
     import cv2
 
     from ratslam_tools.datasets import bags  # ROS is needed here only
@@ -64,14 +107,15 @@ def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> Lis
         topics = bag.get_type_and_topic_info().topics
         kinds = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
         images_of = [name for name, info in sorted(topics.items()) if info.msg_type in kinds]
+        topic = view.topic
         named = [name for name in images_of if topic in (None, name) or name == f"{topic}/compressed"]
         if not named:
             there = f", but {', '.join(images_of)}" if images_of else ""
             raise InputError(f"{path}: no topic of images{f' {topic}' if topic else ''}{there}")
-        step = max(1, min(frames, topics[named[0]].message_count) // count)
-        for number, message in enumerate(bags.each_message(bag, named[0], topics[named[0]].msg_type)):
-            if number >= frames:
-                break
+        _require_start(view, topics[named[0]].message_count, path)
+        step = max(1, min(frames, topics[named[0]].message_count - view.start) // count)
+        messages: Iterator = bags.each_message(bag, named[0], topics[named[0]].msg_type)
+        for number, message in enumerate(itertools.islice(messages, view.start, view.start + frames)):
             if number % step:
                 continue
             if message is None:
@@ -86,7 +130,7 @@ def _sample_bag(path: str, frames: int, count: int, topic: Optional[str]) -> Lis
                 reason = str(error).split("\n", maxsplit=1)[0]
     if not sampled:
         raise InputError(f"{path}: {named[0]}: no image can be read{': ' + reason if reason else ''}")
-    return images.with_eight_bits(sampled)
+    return sampled
 
 
 def crop(sampled: List[np.ndarray]) -> Dict[str, str]:
@@ -122,8 +166,8 @@ def _kept(shares: np.ndarray) -> Tuple[int, int]:
 
 
 def cell_size(stamps: np.ndarray, speeds: np.ndarray) -> float:
-    """Edge of a pose cell, as one digit, in the unit of the speeds (per second), which may be negative.
-    @throws InputError if nothing moves.
+    """Edge of a pose cell, rounded to 1, 1.5, 2, 3, 5 or 7 times a power of ten, in the unit of the speeds (per second), which
+    may be negative. @throws InputError if nothing moves.
     """
     speeds, periods = np.abs(speeds), np.diff(stamps)
     fast = float(np.quantile(speeds, 0.9)) if len(speeds) else 0.0
