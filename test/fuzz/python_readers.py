@@ -43,7 +43,7 @@ RUN = {
     "recall: false}\n",
     "templates.csv": "stamp,template_id,error,relative_rad\n0.5,0,0.1,0\n1.5,1,0.1,0\n",
     "actions.csv": "stamp,action,src_id,dest_id,x,y,th\n0.5,1,0,0,1,2,3\n",
-    "pose_cells.csv": "stamp,th,y,x,activity\n0.5,1,2,3,0.5\n",
+    "pose_cells.csv": "stamp,layer,row,column,activity\n0.5,1,2,3,0.5\n",
     "summary.json": '{"version": "1", "counts": {"frames": 6}, "timing": {"odometry": 1.5}, "parameters": {"a": "b"}}\n',
 }
 RECORDING = {

@@ -1,4 +1,6 @@
-"""The pixels of a sensor_msgs/Image, of the encodings that ratslam_run takes. cv_bridge's own converter for Python cannot be loaded on Ubuntu 20.04."""
+"""The pixels of a sensor_msgs/Image in the encodings that ratslam_run takes. cv_bridge's own converter for Python cannot be
+loaded on Ubuntu 20.04.
+"""
 
 import numpy as np
 

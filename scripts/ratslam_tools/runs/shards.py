@@ -55,7 +55,7 @@ def _require_equal(path: str, record: dict, other: str, compared: dict) -> None:
     one, two = next(pair for pair in zip(here + ends, there + ends) if pair[0] != pair[1])
     shown = [f"'{word}'" if word else "nothing" for word, _ in (two, one)]
     what = " and ".join(shown) if shown[0] != shown[1] else f"{shown[0]}, whose content differs"
-    raise InputError(f"--merge: {other} and {path} are results of different runs: {what}; merge those of one command and recording")
+    raise InputError(f"--merge: {other} and {path} are results of different runs: {what}; merge those of one command")
 
 
 def _made_by(record: dict) -> List[Tuple[str, str]]:
