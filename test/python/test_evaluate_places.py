@@ -3,10 +3,14 @@
 import os
 import shutil
 import subprocess
+import types
 
+import numpy as np
 import pytest
 
 from conftest import built
+from ratslam_tools.cli import evaluate_places
+from ratslam_tools.evaluation import places
 
 CONFIG = "template_x_size: 30\ntemplate_y_size: 10\nvt_shift_match: 2\nvt_descriptor: orientation\nvt_recall: belief\n"
 FRAMES = 24
@@ -234,3 +238,35 @@ def test_sixteen_bits_of_which_few_are_used_are_seen_as_eight_are(run, town, tmp
     done = call(run, town, "plain", deep)
     assert done.returncode == 0, done.stderr
     assert "right at rank 1:              100.0 %" in done.stdout, done.stdout
+
+
+def told_open(capsys, frame, place, until, positions, headings=None):
+    """What --open --truth reports of recalls in these frames, as numbers by name."""
+    answers = places.Answers(frame, place, np.full(len(frame), 0.1), frame > place)
+    poses = (positions, np.zeros(len(frame)) if headings is None else headings)
+    evaluate_places._report_open(types.SimpleNamespace(min_gap=100, radius=3.0, tolerance=1), answers, until, poses, 0)
+    lines = (line.partition(": ") for line in capsys.readouterr().out.splitlines())
+    return {name: told for name, _, told in lines}
+
+
+def test_who_stands_still_recalls_and_revisits_nothing(capsys):
+    frame = np.arange(300)
+    place = np.minimum(frame, 49)  # the last place that was learned stays the active one
+    told = told_open(capsys, frame, place, frame, np.column_stack([place * 1.0, 0.0 * frame]))
+    assert told["frames that revisit a place"] == "0" and told["recalls"].startswith("0,")
+    assert told["recalls where nothing is revisited"] == "0"
+
+
+def test_laps_are_revisits_and_so_are_their_recalls(capsys):
+    """Two laps of 150 frames, with a stop of 120 frames in the first one."""
+    way = np.concatenate([np.arange(80), np.full(120, 80), np.arange(80, 150), np.arange(150)])
+    frame, angle = np.arange(len(way)), way * 2.0 * np.pi / 150
+    learned = np.unique(way, return_index=True)[1]
+    last = np.array([np.flatnonzero(way[:270] == step)[-1] for step in range(150)])
+    until = np.where(frame < 270, frame, last[way])
+    positions = 50.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+    told = told_open(capsys, frame, learned[way], until, positions, angle)
+    # The first lap ends where it began: two metres a frame, so its last frame is near its first.
+    assert told["frames that revisit a place"] == "151"
+    assert told["recalls"] == "150, of these right: 150 (100.0 %)"
+    assert told["revisiting frames recalled"] == "99.3 %" and told["recalls where nothing is revisited"] == "0"

@@ -84,14 +84,27 @@ def by_truth(answers: Answers, positions: np.ndarray, headings: np.ndarray, radi
     right = np.zeros(len(answers.frame), bool)
     has_right_place = np.zeros(len(answers.frame), bool)
     for k, frame in enumerate(answers.frame):
-        before = np.arange(0, frame - min_gap + 1)
-        if len(before) == 0:
-            continue
-        turned = np.abs(np.angle(np.exp(1j * (headings[before] - headings[frame]))))
-        near = (np.linalg.norm(positions[before] - positions[frame], axis=1) <= radius) & (turned <= np.pi / 4)
+        near = _near(positions, headings, frame, radius)[: max(0, frame - min_gap + 1)]
         has_right_place[k] = near.any()
-        right[k] = 0 <= answers.place[k] < len(before) and near[answers.place[k]]
+        right[k] = 0 <= answers.place[k] < len(near) and near[answers.place[k]]
     return right, has_right_place
+
+
+def revisits(frames: np.ndarray, positions: np.ndarray, headings: np.ndarray, radius: float, min_gap: int) -> np.ndarray:
+    """Which frames revisit a place, bools (n,): the robot has been there as by_truth says, and a stay of it there ended at least
+    `min_gap` frames earlier. Who stands still revisits nothing."""
+    found = np.zeros(len(frames), bool)
+    for k, frame in enumerate(frames):
+        near = _near(positions, headings, frame, radius)
+        left = near[:-1] & ~near[1:]
+        found[k] = left[: max(0, frame - min_gap + 1)].any()
+    return found
+
+
+def _near(positions: np.ndarray, headings: np.ndarray, frame: int, radius: float) -> np.ndarray:
+    """Whether the robot was within `radius` and 45 degrees of where it is at a frame, for each frame up to it: bools (frame + 1,)."""
+    turned = np.abs(np.angle(np.exp(1j * (headings[: frame + 1] - headings[frame]))))
+    return (np.linalg.norm(positions[: frame + 1] - positions[frame], axis=1) <= radius) & (turned <= np.pi / 4)
 
 
 def figure(curves: dict, pyplot):
