@@ -233,7 +233,9 @@ def test_a_folder_of_somebody_else_is_not_replaced_by_a_run(program, tmp_path):
         runner.run_once(["/bin/true"], str(out))
 
 
-def test_paper_table_and_figures(program, tmp_path, drive, capsys):
+@pytest.fixture
+def paper_words(program, tmp_path, drive):
+    """The words of reproduce_paper with the stand-in for a benchmark of one sequence, 00."""
     sequence = tmp_path / "kitti" / "sequences" / "00"
     sequence.mkdir(parents=True)
     (tmp_path / "kitti" / "poses").mkdir()
@@ -241,7 +243,7 @@ def test_paper_table_and_figures(program, tmp_path, drive, capsys):
     np.savetxt(sequence / "times.txt", drive().stamps)
     for name in ("kitti.yaml", "kitti_orb.yaml"):
         (tmp_path / name).write_text("")
-    words = [
+    return [
         str(tmp_path / "kitti"),
         "--sequences",
         "00",
@@ -256,6 +258,10 @@ def test_paper_table_and_figures(program, tmp_path, drive, capsys):
         "--cell_size",
         "1,2",
     ]
+
+
+def test_paper_table_and_figures(program, tmp_path, paper_words, capsys):
+    words = paper_words
     reproduce_paper.main(words)
     table = capsys.readouterr().out
     assert "42.17" in table and "39.81" in table and "coverage" in table
@@ -269,6 +275,16 @@ def test_paper_table_and_figures(program, tmp_path, drive, capsys):
     assert len(calls(program)) == 6
     with pytest.raises(InputError, match="--sequences: 09"):
         reproduce_paper.main([words[0], "--sequences", "09"] + words[3:])
+
+
+def test_a_paper_whose_sweep_failed_in_part_is_made_and_says_so(program, tmp_path, paper_words, capsys):
+    failing = tmp_path / "failing_run"
+    failing.write_text(f'#!/bin/sh\ncase "$*" in *pc_cell_x_size=2*) exit 3;; esac\nexec {program} "$@"\n')
+    failing.chmod(0o755)
+    paper_words[paper_words.index("--ratslam_run") + 1] = str(failing)
+    with pytest.raises(InputError, match="^1 runs of the sweeps failed; the first: pc_cell_x_size=2: .*exit status 3"):
+        reproduce_paper.main(paper_words)
+    assert "fig7_00_orb.png" in capsys.readouterr().out and (tmp_path / "paper" / "fig7_00_orb.png").exists()
 
 
 def test_shipped_files_are_found_from_the_package():

@@ -368,6 +368,15 @@ def test_records_of_the_sequences_that_are_there(tmp_path, drive, capsys):
     assert os.path.isfile(out / "records.json")
     with pytest.raises(InputError, match="neither a sequence"):
         reproduce_records.main([str(tmp_path / "out")])
+    for words in (["07", "03"], ["07,03"], ["07,03", "07"]):
+        reproduce_records.main([str(root), "--out", str(out), "--ratslam_run", str(program), "--sequences", *words])
+        assert [line[:2] for line in capsys.readouterr().out.splitlines() if ": done" in line] == ["07", "03"]
+    for main, more in ((reproduce_records.main, []), (reproduce_paper.main, ["--skip_sweeps"])):
+        words = [str(root), "--out", str(out), "--ratslam_run", str(program), *more]
+        with pytest.raises(InputError, match="^--sequences: 09: no .*sequences/09/times.txt"):
+            main([*words, "--sequences", "03,09"])
+        with pytest.raises(InputError, match="^--sequences: '03,' is not allowed: names such as 00 02 or 00,02"):
+            main([*words, "--sequences", "03,"])
 
 
 def test_suggestions_are_yaml_with_reasons(tmp_path):

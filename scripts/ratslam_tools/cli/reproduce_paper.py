@@ -52,6 +52,14 @@ SWEPT = {
 }
 
 
+def sequence_names(words) -> list:
+    """The sequences that --sequences names, in whichever way: `00 02` or `00,02`. @throws InputError if one is empty"""
+    names = [name for word in words or () for name in word.split(",")]
+    if not all(names):
+        raise InputError(f"--sequences: '{' '.join(words)}' is not allowed: names such as 00 02 or 00,02")
+    return list(dict.fromkeys(names))
+
+
 def sequence_folders(folder: str, names) -> list:
     """(name, folder) of the sequences: those of the benchmark's root, or the one sequence that `folder`
     itself is.
@@ -103,8 +111,8 @@ class Reproduction:
             "RPE": evaluation.evaluate_rpe(self.truth, [final], settings)[0],
         }
 
-    def sweep(self, system: System, figure: str, key: str, values) -> None:
-        """The figure of mean APE over one parameter."""
+    def sweep(self, system: System, figure: str, key: str, values) -> list:
+        """The figure of mean APE over one parameter. Returns the messages of the runs that failed."""
         folder = os.path.join(self.out, f"sweep_{system.name}_{key}")
         odometry = system.odometry
         if runner.odometry_can_be_shared(odometry, [key]):
@@ -121,8 +129,7 @@ class Reproduction:
         in_use = flat_yaml.read(config).get(key)
         grid.plot_parameter(path, key, points, found, mark=None if in_use is None else float(in_use))
         print(f"wrote {path}")
-        for failure in failures:
-            print(f"failed: {failure}")
+        return failures
 
 
 def table_rows(name: str, results: dict) -> list:
@@ -186,7 +193,7 @@ def main(argv=None) -> None:
     parser.add_argument(
         "folder", metavar="KITTI_FOLDER", help="one sequence, or the benchmark's root (sequences/, poses/)"
     )
-    parser.add_argument("--sequences", nargs="+", metavar="NN", help="sequences of the root")
+    parser.add_argument("--sequences", nargs="+", metavar="NN", help="sequences of the root, also as NN,NN")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for runs, table.txt and figures")
     parser.add_argument("--max-frames", type=int, metavar="N", help="only the first N frames")
     parser.add_argument(
@@ -229,7 +236,7 @@ def main(argv=None) -> None:
     program = runner.find(arguments.ratslam_run)
     reproductions = [
         Reproduction(name, folder, arguments, program)
-        for name, folder in sequence_folders(arguments.folder, arguments.sequences)
+        for name, folder in sequence_folders(arguments.folder, sequence_names(arguments.sequences))
     ]
     rows = [["sequence", "metric", "system", *FIGURES, "coverage"]]
     pyplot = plotting.load()
@@ -247,9 +254,12 @@ def main(argv=None) -> None:
     print(text)
     with text_file.writing(os.path.join(arguments.out, "table.txt")) as file:
         file.write(text + "\n")
+    failures = []
     if not arguments.skip_sweeps:
         for reproduction in reproductions:
             for system in SYSTEMS:
                 if system.name in systems:
                     for figure, key in SWEEPS:
-                        reproduction.sweep(system, figure, key, values[key])
+                        failures += reproduction.sweep(system, figure, key, values[key])
+    if failures:
+        raise InputError(f"{len(failures)} runs of the sweeps failed; the first: {failures[0]}")

@@ -4,7 +4,7 @@ import argparse
 import os
 
 from ratslam_tools import evaluation
-from ratslam_tools.cli.reproduce_paper import sequence_folders
+from ratslam_tools.cli.reproduce_paper import sequence_folders, sequence_names
 from ratslam_tools.datasets import truth
 from ratslam_tools.errors import InputError
 from ratslam_tools.evaluation import comparison, metrics
@@ -86,18 +86,19 @@ def main(argv=None) -> None:
         "and loop closing, metric against methods that know the camera's height. Sequences done before are not run "
         "again.",
         epilog="examples:\n  reproduce_records dataset --out out/records\n"
-        "  reproduce_records dataset --sequences 05,07 --out out/records",
+        "  reproduce_records dataset --sequences 05 07 --out out/records",
     )
     parser.add_argument("folder", metavar="FOLDER", help="root with sequences/ and poses/, or one sequence")
-    parser.add_argument("--sequences", metavar="NN,NN", help="only these (default: all that are there)")
+    parser.add_argument(
+        "--sequences", nargs="+", metavar="NN", help="only these, also as NN,NN (default: all that are there)"
+    )
     parser.add_argument("--out", default="out/records", metavar="DIR", help="folder for the runs (default: %(default)s)")
     parser.add_argument("--config", metavar="FILE", help="another configuration than the shipped kitti_orb.yaml")
     parser.add_argument("--max-frames", type=int, metavar="N", help="stop each run after so many frames")
     parser.add_argument("--ratslam_run", metavar="FILE", help="the program, if it is not found by itself")
     arguments = parser.parse_args(argv)
     runner.require_apart(arguments.out, arguments.folder)
-    names = arguments.sequences.split(",") if arguments.sequences else []
-    sequences = present(arguments.folder, names)
+    sequences = present(arguments.folder, sequence_names(arguments.sequences))
     program = runner.find(arguments.ratslam_run)
     config = arguments.config or runner.find_config("kitti_orb.yaml")
     records = []
