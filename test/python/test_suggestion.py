@@ -245,13 +245,12 @@ def test_a_bayer_pattern_has_its_colours_where_it_says(pattern, red, blue):
 @pytest.mark.parametrize("encoding, red", [("rgb16", 0), ("bgr16", 2), ("bayer_rggb16", 0), ("bayer_bggr16", 3)])
 @pytest.mark.parametrize("order", ["<u2", ">u2"])
 def test_colours_of_16_bits_become_grey_of_16_bits(encoding, red, order):
-    values = np.zeros((16, 16, 3) if "bayer" not in encoding else (16, 16))
-    if values.ndim == 3:
-        values[:, :, red] = 1000
-    else:
-        values[red // 2 :: 2, red % 2 :: 2] = 1000
+    values = np.zeros((16, 16) if "bayer" in encoding else (16, 16, 3))
+    lit = (slice(red // 2, None, 2), slice(red % 2, None, 2)) if "bayer" in encoding else (..., red)
+    values[lit] = 1000
     data = values.astype(order).tobytes()
-    message = types.SimpleNamespace(encoding=encoding, height=16, width=16, step=len(data) // 16, data=data, is_bigendian=order == ">u2")
+    big = order == ">u2"
+    message = types.SimpleNamespace(encoding=encoding, height=16, width=16, step=len(data) // 16, data=data, is_bigendian=big)
     image = image_message.grey(message)
     assert image.dtype == np.uint16 and abs(image[4:12, 4:12].mean() - 299) < 2
 

@@ -159,8 +159,8 @@ def _tell_lengths(arguments, learned, asked):
 
 def _report_open(arguments, answers, until, poses, learned):
     """Reports the system's own recalls of places that were not active just before: of one recording those whose stay, in which
-    they were learned, ended --min-gap images ago, of two passes those of the second pass. A place is right for all images during which it was active when it was
-    learned: a train that stands at a station learns one place there.
+    they were learned, ended --min-gap images ago, of two passes those of the second pass. A place is right for all images
+    during which it was active when it was learned: a train that stands at a station learns one place there.
     """
     if poses is not None:
         recalls = answers.claimed & (answers.frame - until >= arguments.min_gap)

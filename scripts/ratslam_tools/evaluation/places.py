@@ -102,7 +102,8 @@ def revisits(frames: np.ndarray, positions: np.ndarray, headings: np.ndarray, ra
 
 
 def _near(positions: np.ndarray, headings: np.ndarray, frame: int, radius: float) -> np.ndarray:
-    """Whether the robot was within `radius` and 45 degrees of where it is at a frame, for each frame up to it: bools (frame + 1,)."""
+    """Whether the robot was within `radius` and 45 degrees of where it is at a frame, for each frame up to it, itself included:
+    bools (frame + 1,)."""
     turned = np.abs(np.angle(np.exp(1j * (headings[: frame + 1] - headings[frame]))))
     return (np.linalg.norm(positions[: frame + 1] - positions[frame], axis=1) <= radius) & (turned <= np.pi / 4)
 
