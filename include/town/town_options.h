@@ -72,6 +72,10 @@ struct TownOptions {
   }
   /// @throws std::invalid_argument naming option, value and what is allowed.
   void validate() const;
+  bool writesBag() const;  ///< whether `out` is the name of a bag
+  /// What is given must show in the files: a layout has no place for every sensor.
+  /// @throws std::invalid_argument naming option, value and what has a place for it.
+  void expectEffects() const;
   bool wheelOdometry() const { return !wheel_noise.empty() || !wheel_slip.empty(); }
   /// Camera of the given size, calibration and distortion. @throws std::invalid_argument as validate().
   TownCamera camera() const;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "ratslam/common/stamp.h"
@@ -40,6 +41,10 @@ struct TownFrame {
   std::vector<ImuSample> imu;                                        ///< since the frame before, 100 Hz
 };
 
+/// For sinks, before they begin: what is there already is not overwritten, and no drive is mixed with another.
+/// @throws std::invalid_argument naming the path.
+void expectAbsent(const std::string& path);
+
 class TownSink {
  public:
   virtual ~TownSink() = default;
@@ -52,7 +57,8 @@ class TownSink {
 /// poses.txt, and with wheel odometry odometry.csv (frame,stamp,linear_x,angular_z). Android recorder layout:
 /// yy-MM-dd-HH-mm-ss/images/<ms>.jpeg, data_image.txt, data_imu.txt (camera axes), data_gps.txt; beside that
 /// folder calibration.yaml and truth.tum (the camera's pose, world axes x east, y down, z north).
-/// @throws std::invalid_argument if the folder cannot be made or already holds a drive.
+/// @throws std::invalid_argument if the folder cannot be made, one of these files is there already, or an option has no
+/// effect on them.
 /// @throws std::runtime_error (from add and finish) if a file cannot be written.
 std::unique_ptr<TownSink> makeFolderSink(const TownOptions& options);
 

@@ -24,12 +24,6 @@ void makeFolder(const fs::path& folder) {
   if (error) throwBadValue("out", folder.string(), "the folder cannot be made: " + error.message());
 }
 
-/// Refuses to mix two drives in one folder.
-void expectAbsent(const fs::path& path) {
-  if (fs::exists(path))
-    throwBadValue("out", path.string(), "it exists already; choose another folder or remove it");
-}
-
 /// A text file that reports when it cannot be written.
 class TextFile {
  public:
@@ -78,7 +72,8 @@ void writeImage(const fs::path& path, const cv::Mat& image, int jpeg_quality) {
 class KittiSink : public TownSink {
  public:
   explicit KittiSink(const TownOptions& options) : options_(options), folder_(options.out) {
-    expectAbsent(folder_ / "image_0");
+    for (const char* name : {"image_0", "times.txt", "calib.txt", "poses.txt", "odometry.csv"})
+      expectAbsent(folder_ / name);
   }
 
   void add(const TownFrame& frame) override {
@@ -135,7 +130,9 @@ class RecorderSink : public TownSink {
     std::ostringstream name;
     name << std::put_time(&utc, "%y-%m-%d-%H-%M-%S");
     folder_ = fs::path(options.out) / name.str();
-    expectAbsent(folder_);
+    for (const fs::path& path :
+         {folder_, fs::path(options.out) / "truth.tum", fs::path(options.out) / "calibration.yaml"})
+      expectAbsent(path);
   }
 
   void add(const TownFrame& frame) override {
@@ -197,8 +194,16 @@ class RecorderSink : public TownSink {
 
 }  // namespace
 
+void expectAbsent(const std::string& path) {
+  std::error_code error;
+  // A link that leads nowhere is there as well: a file would be written through it.
+  if (fs::exists(fs::symlink_status(path, error)))
+    throwBadValue("out", path, "it exists already; choose another --out, or remove it");
+}
+
 std::unique_ptr<TownSink> makeFolderSink(const TownOptions& options) {
   options.validate();
+  options.expectEffects();
   if (options.layout == "recorder") return std::make_unique<RecorderSink>(options);
   return std::make_unique<KittiSink>(options);
 }

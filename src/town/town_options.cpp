@@ -83,6 +83,35 @@ void TownOptions::validate() const {
   camera().validate();
 }
 
+bool TownOptions::writesBag() const {
+  const std::string ending = ".bag";
+  return out.size() >= ending.size() && out.compare(out.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+void TownOptions::expectEffects() const {
+  if (writesBag()) {
+    if (layout != "kitti") throwBadValue("layout", layout, "--out names a bag; folders have layouts");
+    return;
+  }
+  if (layout == "recorder") {
+    const std::string refusal = "the recorder layout has no wheel odometry; the kitti layout and bags have";
+    if (!wheel_noise.empty()) throwBadValue("wheel_noise", printValue(wheel_noise), refusal);
+    if (!wheel_slip.empty()) throwBadValue("wheel_slip", printValue(wheel_slip), refusal);
+    return;
+  }
+  const std::string others = "; the recorder layout and bags have";
+  const TownOptions defaults;
+  if (std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0.0; }))
+    throwBadValue("distortion", printValue(distortion),
+                  "the kitti layout has no coefficients of a lens" + others);
+  if (gps_noise != defaults.gps_noise)
+    throwBadValue("gps_noise", gps_noise, "the kitti layout has no GPS" + others);
+  if (origin != defaults.origin)
+    throwBadValue("origin", printValue(origin), "the kitti layout has no GPS" + others);
+  if (start != defaults.start)
+    throwBadValue("start", start, "the kitti layout has no absolute stamps" + others);
+}
+
 TownCamera TownOptions::camera() const {
   std::istringstream in(size);
   int width = 0;

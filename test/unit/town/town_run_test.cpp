@@ -284,6 +284,50 @@ TEST(Layouts, RecorderFolderHoldsTheDrive) {
   EXPECT_EQ(calibration[6], "k1: -0.2");
 }
 
+TEST(Layouts, NoFileIsOverwritten) {
+  for (const std::string name : {"image_0", "times.txt", "calib.txt", "poses.txt", "odometry.csv"}) {
+    const TemporaryFolder folder;
+    std::ofstream(folder / name) << "mine\n";
+    TownOptions options = smallOptions(1);
+    options.out = folder.path();
+    const std::string said = complaint([&] { makeFolderSink(options); });
+    EXPECT_NE(said.find(name + " is not allowed: it exists already"), std::string::npos) << said;
+    EXPECT_EQ(linesOf(folder / name), std::vector<std::string>{"mine"});
+  }
+  for (const std::string name : {"truth.tum", "calibration.yaml"}) {
+    const TemporaryFolder folder;
+    fs::create_symlink("nowhere", folder / name);  // a file may be written through it
+    TownOptions options = smallOptions(1);
+    options.out = folder.path();
+    options.layout = "recorder";
+    options.start = 1700000000.0;
+    const std::string said = complaint([&] { makeFolderSink(options); });
+    EXPECT_NE(said.find(name + " is not allowed: it exists already"), std::string::npos) << said;
+  }
+}
+
+TEST(Options, WhatALayoutCannotKeepIsRefused) {
+  const TemporaryFolder folder;
+  const auto fails = [&](const std::string& out, std::vector<std::string> arguments,
+                         const std::string& expected) {
+    arguments.insert(arguments.begin(), {"--out", folder / out});
+    const std::string said = complaint([&] { makeFolderSink(parseTownOptions(arguments)); });
+    EXPECT_NE(said.find(expected), std::string::npos) << said;
+    EXPECT_TRUE(fs::is_empty(folder.path()));
+  };
+  fails("a", {"--distortion=-0.2,0.05,0,0,0"},
+        "distortion: value -0.2,0.05,0,0,0 is not allowed: the kitti layout");
+  fails("a", {"--gps-noise", "3"}, "gps_noise: value 3 is not allowed: the kitti layout");
+  fails("a", {"--origin", "1,2,3"}, "origin: value 1,2,3 is not allowed: the kitti layout");
+  fails("a", {"--start", "5"}, "start: value 5 is not allowed: the kitti layout");
+  fails("a", {"--layout", "recorder", "--wheel-noise", "0,1,0"},
+        "wheel_noise: value 0,1,0 is not allowed: the recorder layout");
+  fails("a", {"--layout", "recorder", "--wheel-slip", "0,1", "--wheel-covariance"},
+        "wheel_slip: value 0,1 is not allowed: the recorder layout");
+  fails("a.bag", {"--layout", "recorder"}, "layout: value recorder is not allowed: --out names a bag");
+  EXPECT_NO_THROW(makeFolderSink(parseTownOptions({"--out", folder / "a", "--distortion=0,0,0,0,0"})));
+}
+
 TEST(Options, ReadsAllFormsAndNamesWhatIsWrong) {
   const TownOptions options =
       parseTownOptions({"--out", "x", "--moving-cars=3", "--exposure", "--noise", "1.5", "--size", "640x480",
