@@ -7,9 +7,11 @@
 #include <exception>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "bags.h"
+#include "ratslam/common/params.h"
 #include "town/town_run.h"
 
 namespace {
@@ -26,15 +28,10 @@ bool showProgress(int done, int total) {
   return stop_asked == 0;
 }
 
-bool endsWith(const std::string& text, const std::string& ending) {
-  return text.size() >= ending.size() &&
-         text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
-}
-
 /// Takes `--root NAME`, the namespace of a bag's topics, out of the arguments.
-std::string takeRoot(std::vector<std::string>& arguments) {
+std::optional<std::string> takeRoot(std::vector<std::string>& arguments) {
   const auto found = std::find(arguments.begin(), arguments.end(), "--root");
-  if (found == arguments.end()) return "town";
+  if (found == arguments.end()) return std::nullopt;
   if (std::next(found) == arguments.end())
     throw std::invalid_argument("--root: the name of the topics' namespace is missing");
   std::string root = *std::next(found);
@@ -42,8 +39,10 @@ std::string takeRoot(std::vector<std::string>& arguments) {
   return root;
 }
 
-std::unique_ptr<ratslam::TownSink> makeSink(const ratslam::TownOptions& options, const std::string& root) {
-  if (endsWith(options.out, ".bag")) return ratslam::makeBagSink(options, root);
+std::unique_ptr<ratslam::TownSink> makeSink(const ratslam::TownOptions& options,
+                                            const std::optional<std::string>& root) {
+  if (options.writesBag()) return ratslam::makeBagSink(options, root.value_or("town"));
+  if (root) ratslam::throwBadValue("root", *root, "folders have no topics; --out must end with .bag");
   return ratslam::makeFolderSink(options);
 }
 
@@ -61,7 +60,7 @@ int main(int argc, char** argv) {
     }
     std::signal(SIGINT, askToStop);
     std::signal(SIGTERM, askToStop);
-    const std::string root = takeRoot(arguments);
+    const std::optional<std::string> root = takeRoot(arguments);
     const ratslam::TownOptions options = ratslam::parseTownOptions(arguments);
     const auto sink = makeSink(options, root);
     const ratslam::TownSummary summary = ratslam::runTown(options, *sink, showProgress);

@@ -10,9 +10,13 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+#include <system_error>
 
+#include "ratslam/common/atomic_file.h"
+#include "ratslam/common/params.h"
 #include "ratslam_ros/support/conversions.h"
 
 namespace ratslam {
@@ -59,11 +63,30 @@ BagTownSink::BagTownSink(const TownOptions& options, const std::string& root)
     : options_(options),
       camera_(options.camera()),
       root_("/" + root + "/"),
-      start_(stampFromSeconds(options.start)) {
+      start_(stampFromSeconds(options.start)),
+      part_(options.out + ".part") {
+  options.validate();
+  options.expectEffects();
+  std::string reason;
+  if (!ros::names::validate(ros::names::clean(root_), reason))
+    throwBadValue("root", root, "it must be a name of ROS, such as town or robot/one");
+  expectAbsent(options.out);
+  requireWritable(options.out);
+}
+
+BagTownSink::~BagTownSink() {
+  if (!bag_) return;
+  closed();
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);
+}
+
+void BagTownSink::begin() {
+  bag_ = std::make_unique<rosbag::Bag>();
   try {
-    bag_.open(options.out, rosbag::bagmode::Write);
+    bag_->open(part_, rosbag::bagmode::Write);
   } catch (const rosbag::BagException& e) {
-    throw std::runtime_error(options.out + ": cannot write this bag: " + e.what());
+    throw std::runtime_error(options_.out + ": cannot write this bag: " + e.what());
   }
   geometry_msgs::TransformStamped camera_in_base;
   camera_in_base.header = headerOf(start_, "base_link");
@@ -79,13 +102,14 @@ BagTownSink::BagTownSink(const TownOptions& options, const std::string& root)
 template <class Message>
 void BagTownSink::write(const std::string& topic, Stamp stamp, const Message& message) {
   try {
-    bag_.write(ros::names::clean(topic.front() == '/' ? topic : root_ + topic), stampToRos(stamp), message);
+    bag_->write(ros::names::clean(topic.front() == '/' ? topic : root_ + topic), stampToRos(stamp), message);
   } catch (const rosbag::BagException& e) {
     throw std::runtime_error(options_.out + ": cannot write this bag: " + e.what());
   }
 }
 
 void BagTownSink::add(const TownFrame& frame) {
+  if (!bag_) begin();
   const Stamp stamp = start_ + frame.stamp;
   writeSensors(frame, stamp);
   writeTruth(frame, stamp);
@@ -161,6 +185,26 @@ void BagTownSink::writeSensors(const TownFrame& frame, Stamp stamp) {
   }
 }
 
-void BagTownSink::finish() { bag_.close(); }
+bool BagTownSink::closed() {
+  try {
+    bag_->close();
+    return true;
+  } catch (const rosbag::BagException&) {
+    // A bag closes itself again when it is destroyed, and what it throws there ends the program.
+    bag_.release();  // NOLINT(bugprone-unused-return-value)
+    return false;
+  }
+}
+
+void BagTownSink::finish() {
+  if (!bag_) return;
+  std::error_code error;
+  const bool whole = closed();
+  bag_.reset();
+  if (whole) std::filesystem::rename(part_, options_.out, error);
+  if (whole && !error) return;
+  std::filesystem::remove(part_, error);
+  throw std::runtime_error(options_.out + ": cannot write this bag to its end");
+}
 
 }  // namespace ratslam

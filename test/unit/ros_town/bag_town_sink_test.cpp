@@ -3,16 +3,96 @@
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <rosbag/view.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <stdexcept>
 
 #include "ratslam_ros/bag/bag_recording.h"
+#include "town/town_run.h"
 
 namespace ratslam {
 namespace {
+
+namespace fs = std::filesystem;
+
+/// An empty folder that goes when the test ends, and options of a small bag in it.
+class BagInFolder : public ::testing::Test {
+ protected:
+  BagInFolder() : folder_(fs::temp_directory_path() / ("town_bag_" + std::to_string(getpid()))) {
+    fs::create_directory(folder_);
+    options_.out = (folder_ / "drive.bag").string();
+    options_.size = "64x48";
+    options_.frames = 2;
+  }
+  ~BagInFolder() override { fs::remove_all(folder_); }
+
+  /// What the sink says when it is made.
+  std::string refusal(const std::string& root = "town") const {
+    try {
+      BagTownSink sink(options_, root);
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  fs::path folder_;
+  TownOptions options_;
+};
+
+TEST_F(BagInFolder, IsNotOverwritten) {
+  std::ofstream(options_.out) << "mine";
+  EXPECT_NE(refusal().find("drive.bag is not allowed: it exists already"), std::string::npos) << refusal();
+  EXPECT_EQ(fs::file_size(options_.out), 4U);
+}
+
+TEST_F(BagInFolder, IsNotBegunByADriveThatCannotBegin) {
+  options_.trajectory = (folder_ / "missing.txt").string();
+  BagTownSink sink(options_, "town");
+  EXPECT_THROW(runTown(options_, sink, {}), std::runtime_error);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(BagInFolder, IsWholeOrNotThere) {
+  rlimit usual{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &usual), 0);
+  const rlimit small{200000, usual.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  TownFrame frame;
+  frame.image = cv::Mat(48, 64, CV_8UC1, cv::Scalar(7));
+  const auto fill = [&](int frames) {
+    BagTownSink sink(options_, "town");
+    for (int i = 0; i < frames; ++i, frame.stamp += 100000000) sink.add(frame);
+    EXPECT_FALSE(fs::exists(options_.out));
+    sink.finish();
+  };
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);  // as a disk that is full
+  EXPECT_THROW(fill(100), std::runtime_error);    // found out at the end
+  EXPECT_THROW(fill(1000), std::runtime_error);   // found out on the way
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &usual), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_TRUE(fs::is_empty(folder_));
+  fill(100);
+  EXPECT_TRUE(fs::exists(options_.out));
+  EXPECT_FALSE(fs::exists(options_.out + ".part"));
+}
+
+TEST_F(BagInFolder, SaysAtOnceWhatCannotBeWritten) {
+  EXPECT_NE(refusal("a b").find("root: value a b is not allowed"), std::string::npos) << refusal("a b");
+  EXPECT_EQ(refusal(""), "");
+  EXPECT_EQ(refusal("/robot/one"), "");
+  options_.layout = "recorder";
+  EXPECT_NE(refusal().find("layout: value recorder is not allowed"), std::string::npos) << refusal();
+  options_.layout = "kitti";
+  options_.out = (folder_ / "none" / "drive.bag").string();
+  EXPECT_NE(refusal().find(options_.out + ": cannot write"), std::string::npos) << refusal();
+}
 
 /// A drive straight ahead, then one frame turned left by a tenth of a radian.
 TEST(BagTownSink, WritesADriveThatReadsBackAsARecordingWithTruth) {
