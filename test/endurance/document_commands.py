@@ -43,7 +43,8 @@ MARK = re.compile(r"<!-- (not run: (?P<why>.*?)|(?P<long>long)|beside: (?P<besid
 COMMENT = re.compile(r"\s{2,}#.*$")
 TIMEOUT_S = 7200
 SETTLED_S = 20  # that a live launch must last
-TOWN = "ratslam_town --frames 60 --jpeg-quality 90 --wheel-noise 0.01,0.02,0.002"
+RENDER = "ratslam_town --frames 60 --jpeg-quality 90"
+TOWN = RENDER + " --wheel-noise 0.01,0.02,0.002"
 LONGER = TOWN.replace("60", "120", 1)  # as far as a picture of its scale needs
 FATAL = re.compile(r"\[FATAL\]|has died|Traceback|REQUIRED process")
 
@@ -135,7 +136,7 @@ class Sandbox:
 
     def make_recordings(self):
         small = f"{TOWN} --size 416x240"
-        phone = f"{TOWN} --layout recorder --gps-noise 1 --size 1280x960 --calibration 1000,1000,640,480"
+        phone = f"{RENDER} --layout recorder --gps-noise 1 --size 1280x960 --calibration 1000,1000,640,480"
         for command in (f"{LONGER} --out kitti/sequences/00", f"{TOWN} --out drive.bag --root kitti",
                         f"{small} --out irat.bag --root irat_red", f"{phone} --out phone",
                         "ln -s kitti/sequences/00 K", "ln -s kitti dataset", "ln -s K DISTURBED", "ln -s K DRIVE", "ln -s K OTHER",
