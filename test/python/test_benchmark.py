@@ -96,6 +96,15 @@ def test_figures_of_all_programs_go_to_one_file(tmp_path, capsys):
     assert "view search" in capsys.readouterr().out
 
 
+def test_a_table_of_its_own_is_shown_as_it_is(tmp_path, capfd):
+    fake_program(tmp_path, "a_benchmark", json.dumps({"context": {"num_cpus": 2}, "benchmarks": MEASURED}))
+    fake_program(tmp_path, "checkpoints_benchmark", "odometry 0.1 ms")
+    out = tmp_path / "benchmark.json"
+    benchmark.main(["--no-build", "--build", str(tmp_path), "--out", str(out)])
+    assert "odometry 0.1 ms" in capfd.readouterr().out
+    assert json.loads(out.read_text())["context"] == {"num_cpus": 2}
+
+
 def test_the_build_folder_is_the_callers(tmp_path, monkeypatch):
     (tmp_path / "mine").mkdir()
     fake_program(tmp_path / "mine", "a_benchmark", json.dumps({"context": {}, "benchmarks": MEASURED}))
