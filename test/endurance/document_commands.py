@@ -143,8 +143,9 @@ class Sandbox:
                         "cp config/kitti.yaml C", "cp config/robot.yaml my.yaml", "cp phone/calibration.yaml phone.yaml",
                         "mv \"$(dirname phone/*/data_image.txt)\" '23-05-14 10:31:07'", "cp K/poses.txt 00.txt",
                         "cp K/poses.txt 02.txt", "cp K/times.txt times_00.txt", "mkdir -p out",
-                        "ratslam_run K --config config/kitti.yaml --out first --save-map monday.db", "cp first/odometry.csv .",
-                        "ratslam_run K --config config/kitti.yaml --max-frames 30 --out second --save-map tuesday.db", "cp monday.db map.db"):
+                        "ratslam_run K --config config/kitti.yaml --out whole --save-map map.db", "cp whole/odometry.csv .",
+                        "ratslam_run K --config config/kitti.yaml --max-frames 60 --out first --save-map monday.db",
+                        "ratslam_run K --config config/kitti.yaml --from-frame 60 --out second --save-map tuesday.db"):
             done = self.run(command)
             if done.returncode:
                 raise SystemExit(f"stand-ins cannot be made: {command}\n{done.stdout}")
