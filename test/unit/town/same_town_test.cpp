@@ -54,7 +54,8 @@ TEST(SameTown, OneSeedGivesTheSameBodies) {
         for (const double number : {vertex.position.x(), vertex.position.y(), vertex.position.z(),
                                     vertex.texture.x(), vertex.texture.y(), vertex.light})
           bodies.add(number);
-      for (const float number : triangle.stain_offset) bodies.add(number);
+      bodies.add(triangle.stain_offset.x());
+      bodies.add(triangle.stain_offset.y());
     }
   EXPECT_EQ(count, 134900U);
   EXPECT_NEAR(bodies.value(), 45725.1, 1.0);
