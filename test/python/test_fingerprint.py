@@ -34,7 +34,7 @@ CHANGES = {
 }
 
 
-@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+@pytest.mark.parametrize("change", list(CHANGES.values()), ids=list(CHANGES))
 def test_a_recording_that_has_changed_is_run_anew(program, recording, tmp_path, change):
     out = tmp_path / "out"
     words = [str(recording), "--config", "c.yaml", "--vary", "other=1,2", "--goal", "counts.recalls", "--out", str(out)]
