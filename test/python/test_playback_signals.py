@@ -5,8 +5,10 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import xmlrpc.client
+import xmlrpc.server
 
 import pytest
 
@@ -117,3 +119,21 @@ def test_a_playback_goes_on_where_the_end_of_its_terminal_is_ignored(tmp_path, m
         if process.poll() is None:
             process.kill()
             process.wait()
+
+
+def test_a_player_that_has_ended_is_not_taken_for_the_new_one(tmp_path, master):
+    """The master still knows it, and another program listens at its port."""
+    environment, proxy = master
+    with xmlrpc.server.SimpleXMLRPCServer(("localhost", 0), logRequests=False) as other:
+        threading.Thread(target=other.serve_forever, daemon=True).start()
+        stale = f"http://localhost:{other.server_address[1]}"
+        proxy.registerPublisher("/player", "/clock", "rosgraph_msgs/Clock", stale)
+        process = play(tmp_path, environment)
+        try:
+            until(lambda: proxy.lookupNode("/test", "/player")[2] != stale or process.poll() is not None)
+            assert process.poll() is None
+            process.send_signal(signal.SIGINT)
+            assert process.wait(PATIENCE_S) == 0
+        finally:
+            process.kill()
+            other.shutdown()
