@@ -1,12 +1,9 @@
-/// First estimate of a view's pose from matches with many outliers: consensus of minimal samples (Fischler and Bolles
-/// 1981) with truncated costs (MSAC: Torr and Zisserman 2000).
+/// First estimate of a view's pose from matches with many outliers, by consensus of minimal samples (consensus.h).
 ///
-/// - Epipolar: five matches give an essential matrix (Nister 2004). Of its four motions the one with most points in
-///   front of both views is taken. The translation has unit length.
+/// - Epipolar: the essential matrix (essential_matrix.h). Of its four motions the one with most points in front of both
+///   views is taken. The translation has unit length.
 /// - Resection: three points of known inverse depth give a pose (P3P; Ke and Roumeliotis 2017). Coinciding views and
 ///   flat scenes are no degenerate cases. The result has the unit of the depths.
-///
-/// The random generator is seeded in each call: the same matches give the same pose.
 #pragma once
 
 #include <Eigen/Core>

@@ -105,17 +105,16 @@ void LocalMap::load(const State& state, const LoadedFrames& frames) {
   // Ids have no gaps and end with the newest one.
   KeyframeId id = next_keyframe_ - static_cast<KeyframeId>(numbers.size());
   for (const int number : numbers) keyframes_.push_back({id++, frames.frame(number)});
-  const bool whole =
-      !keyframes_.empty() &&
-      std::all_of(keyframes_.begin(), keyframes_.end(),
-                  [](const Keyframe& k) { return k.frame != nullptr; }) &&
-      std::all_of(landmarks_.begin(), landmarks_.end(), [&](const Landmark& landmark) {
-        const Keyframe* reference = keyframe(landmark.reference);
-        return reference != nullptr && landmark.reference_level >= 0 &&
-               landmark.reference_level < static_cast<int>(reference->frame->pyramid.levels()) &&
-               std::all_of(landmark.observations.begin(), landmark.observations.end(),
-                           [&](const auto& seen) { return keyframe(seen.keyframe); });
-      });
+  const bool whole = !keyframes_.empty() &&
+                     std::all_of(keyframes_.begin(), keyframes_.end(),
+                                 [](const Keyframe& k) { return k.frame != nullptr; }) &&
+                     std::all_of(landmarks_.begin(), landmarks_.end(), [&](const Landmark& landmark) {
+                       const Keyframe* reference = keyframe(landmark.reference);
+                       return reference != nullptr && landmark.reference_level >= 0 &&
+                              landmark.reference_level < reference->frame->pyramid.levels() &&
+                              std::all_of(landmark.observations.begin(), landmark.observations.end(),
+                                          [&](const auto& seen) { return keyframe(seen.keyframe); });
+                     });
   if (!whole)
     throw std::runtime_error("state " + state.path() + ": keyframes and landmarks do not fit together");
   reindex();

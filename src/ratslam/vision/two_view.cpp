@@ -8,6 +8,7 @@
 
 #include "ratslam/common/angles.h"
 #include "ratslam/common/statistics.h"
+#include "ratslam/vision/essential_matrix.h"
 #include "ratslam/vision/pose_refinement.h"
 #include "ratslam/vision/triangulation.h"
 
@@ -15,7 +16,7 @@ namespace ratslam {
 namespace {
 
 constexpr std::size_t kMinMatches = 16;
-constexpr double kConfidence = 0.9999;
+constexpr ConsensusParams kEssential{0.9999, 50, 1000};
 constexpr double kHomographyShare = 0.5;  // of the sum of both scores; above it the scene counts as flat
 constexpr double kClearlyBest = 0.75;     // bound on points of the second best solution / points of the best
 
@@ -51,24 +52,18 @@ double score(std::size_t matches, double bound, double limit, const Error& error
   return sum;
 }
 
-/// The possible motions (rotation, unit translation). The points decide between them.
-std::vector<RigidTransform> decomposeEssential(const Eigen::Matrix3d& essential) {
-  cv::Mat matrix;
-  cv::Mat rotation_a;
-  cv::Mat rotation_b;
-  cv::Mat translation;
-  cv::eigen2cv(essential, matrix);
-  cv::decomposeEssentialMat(matrix, rotation_a, rotation_b, translation);
-  Eigen::Vector3d t;
-  cv::cv2eigen(translation, t);
-  std::vector<RigidTransform> motions;
-  for (const cv::Mat& rotation : {rotation_a, rotation_b}) {
-    Eigen::Matrix3d r;
-    cv::cv2eigen(rotation, r);
-    for (const double sign : {1.0, -1.0})
-      motions.push_back({Eigen::Quaterniond(r).normalized(), sign * t.normalized()});
-  }
-  return motions;
+/// The essential matrix whose distances are below `max_error` [px] for most matches; none if too few agree.
+std::optional<Eigen::Matrix3d> fitEssential(const CameraModel& camera,
+                                            const std::vector<Eigen::Vector2d>& first,
+                                            const std::vector<Eigen::Vector2d>& second, double max_error) {
+  const Eigen::Matrix3d k = camera.matrix();
+  // Sampson's distance, which spans both images, is half of what a pair's sigma expects. At the gate it is max_error.
+  const double sigma = std::sqrt(2.0) * max_error / (0.5 * (k(0, 0) + k(1, 1))) / ConsensusScore::kGate;
+  std::vector<BearingPair> pairs;
+  pairs.reserve(first.size());
+  for (std::size_t i = 0; i < first.size(); ++i)
+    pairs.push_back({camera.bearing(first[i]).hnormalized(), camera.bearing(second[i]).hnormalized(), sigma});
+  return essentialConsensus(pairs, 0, kEssential);
 }
 
 std::vector<RigidTransform> decomposeHomography(const CameraModel& camera,
@@ -126,12 +121,9 @@ std::optional<TwoViewMotion> estimateTwoViewMotion(const CameraModel& camera,
   if (first.size() < std::max(kMinMatches, static_cast<std::size_t>(params.min_points))) return std::nullopt;
   const std::vector<cv::Point2d> a = toPoints(first);
   const std::vector<cv::Point2d> b = toPoints(second);
-  const Eigen::Matrix3d camera_matrix = camera.matrix();
-  cv::Mat k;
-  cv::eigen2cv(camera_matrix, k);
   // Both estimators have their own random generators with a fixed seed.
   const cv::Mat h = cv::findHomography(a, b, cv::RANSAC, 2.0 * params.max_error);
-  const cv::Mat e = cv::findEssentialMat(a, b, k, cv::RANSAC, kConfidence, params.max_error);
+  const std::optional<Eigen::Matrix3d> essential = fitEssential(camera, first, second, params.max_error);
 
   constexpr double kTwoFreedoms = 5.991;  // 95 % bounds of the chi-square distribution
   constexpr double kOneFreedom = 3.841;
@@ -139,7 +131,6 @@ std::optional<TwoViewMotion> estimateTwoViewMotion(const CameraModel& camera,
   double homography_score = 0.0;
   double essential_score = 0.0;
   Eigen::Matrix3d homography = Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d essential = Eigen::Matrix3d::Zero();
   if (h.rows == 3) {
     cv::cv2eigen(h, homography);
     const Eigen::Matrix3d back = homography.inverse();
@@ -149,10 +140,9 @@ std::optional<TwoViewMotion> estimateTwoViewMotion(const CameraModel& camera,
                        : transferError(back, second[i], first[i]);
         });
   }
-  if (e.rows == 3) {
-    cv::cv2eigen(e, essential);
-    const Eigen::Matrix3d inverse = camera_matrix.inverse();
-    const Eigen::Matrix3d f = inverse.transpose() * essential * inverse;
+  if (essential) {
+    const Eigen::Matrix3d inverse = camera.matrix().inverse();
+    const Eigen::Matrix3d f = inverse.transpose() * *essential * inverse;
     essential_score =
         score(first.size(), kOneFreedom * unit, kTwoFreedoms * unit, [&](std::size_t i, bool forth) {
           return forth ? epipolarError(f, first[i], second[i])
@@ -163,7 +153,7 @@ std::optional<TwoViewMotion> estimateTwoViewMotion(const CameraModel& camera,
   if (!(total > 0.0)) return std::nullopt;
 
   const bool flat = homography_score > kHomographyShare * total;
-  const auto motions = flat ? decomposeHomography(camera, homography) : decomposeEssential(essential);
+  const auto motions = flat ? decomposeHomography(camera, homography) : decomposeEssential(*essential);
   std::optional<TwoViewMotion> best;
   int runner_up = 0;
   for (const RigidTransform& motion : motions) {

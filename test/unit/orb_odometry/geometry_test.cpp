@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ratslam/camera/camera_model.h"
+#include "ratslam/vision/essential_matrix.h"
 #include "ratslam/vision/pose_refinement.h"
 #include "ratslam/vision/rigid_transform.h"
 #include "ratslam/vision/triangulation.h"
@@ -227,6 +228,47 @@ TEST(Triangulation, FindsExactPointsAndRefusesParallelRays) {
   const std::vector<View> same_place = {{RigidTransform{}, {200, 80}, 1.0},
                                         {RigidTransform{}, {200, 80}, 1.0}};
   EXPECT_FALSE(triangulate(camera, same_place));
+}
+
+/// Bearings of scattered points in two views, off by `noise`; every third pair is of two different points.
+std::vector<BearingPair> pairsWithOutliers(const RigidTransform& T, double noise) {
+  std::vector<BearingPair> pairs;
+  std::mt19937 generator(4);
+  std::normal_distribution<double> error(0.0, noise);
+  const auto points = scatteredPoints(150, 7);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d& other = points[i % 3 == 0 ? (i + 50) % points.size() : i];
+    const Eigen::Vector2d seen = (T * other).hnormalized();
+    pairs.push_back(
+        {points[i].hnormalized(), seen + Eigen::Vector2d(error(generator), error(generator)), noise});
+  }
+  return pairs;
+}
+
+TEST(EssentialMatrix, IsThatOfMostPairsAndContainsTheirMotion) {
+  const RigidTransform truth{expRotation({0.01, -0.2, 0.05}), Eigen::Vector3d(1.0, -0.1, -1.2).normalized()};
+  const auto essential = essentialConsensus(pairsWithOutliers(truth, 2e-4), 80, ConsensusParams{});
+  ASSERT_TRUE(essential);
+  EXPECT_NEAR(essential->norm(), 1.0, 1e-12);
+  const Eigen::Matrix3d expected =
+      skew(truth.translation) * truth.rotation.toRotationMatrix() / std::sqrt(2.0);
+  EXPECT_LT(std::min((*essential - expected).norm(), (*essential + expected).norm()), 0.02);
+  int near_truth = 0;
+  for (const RigidTransform& motion : decomposeEssential(expected)) {
+    EXPECT_NEAR(motion.translation.norm(), 1.0, 1e-12);
+    const Eigen::Matrix3d back =
+        skew(motion.translation) * motion.rotation.toRotationMatrix() / std::sqrt(2.0);
+    EXPECT_LT(std::min((back - expected).norm(), (back + expected).norm()), 1e-9);
+    if (angleBetween(motion, truth) < 1e-9 && (motion.translation - truth.translation).norm() < 1e-9)
+      ++near_truth;
+  }
+  EXPECT_EQ(near_truth, 1);
+}
+
+TEST(EssentialMatrix, NeedsSixPairsAndAsManyAsAreAskedFor) {
+  const auto pairs = pairsWithOutliers({expRotation({0.0, 0.1, 0.0}), Eigen::Vector3d::UnitX()}, 2e-4);
+  EXPECT_FALSE(essentialConsensus({pairs.begin(), pairs.begin() + 5}, 0, ConsensusParams{}));
+  EXPECT_FALSE(essentialConsensus(pairs, 149, ConsensusParams{}));
 }
 
 struct TwoViewScene {
