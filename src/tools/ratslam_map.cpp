@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "map_export.h"
+#include "option_style.h"
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/common/paths.h"
 #include "ratslam/dataset/csv.h"
@@ -54,8 +55,7 @@ std::optional<Options> parse(int argc, char** argv) {
   po::positional_options_description positional;
   positional.add("command", 1).add("file", 1).add("second", 1).add("more", -1);
   po::variables_map values;
-  const int style = po::command_line_style::default_style ^ po::command_line_style::allow_guessing;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(kOptionStyle).run(),
             values);
   po::notify(values);
   if (values.count("help") != 0) {

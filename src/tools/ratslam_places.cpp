@@ -8,6 +8,7 @@
 
 #include "configuration.h"
 #include "image_pass.h"
+#include "option_style.h"
 #include "output_paths.h"
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/common/paths.h"
@@ -79,7 +80,8 @@ std::optional<Options> parse(int argc, char** argv) {
   po::positional_options_description positional;
   positional.add("pass", -1);
   po::variables_map values;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(kOptionStyle).run(),
+            values);
   po::notify(values);
   if (values.count("help") != 0) {
     std::cout << kUsage << visible;

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "option_style.h"
 #include "ratslam/common/paths.h"
 #include "ratslam/odometry/registry.h"
 
@@ -103,7 +104,9 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
   positional.add("input", 1);
   po::variables_map values;
   try {
-    po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
+    po::store(
+        po::command_line_parser(argc, argv).options(all).positional(positional).style(kOptionStyle).run(),
+        values);
     po::notify(values);
   } catch (const po::invalid_option_value& error) {  // all options other than strings are integers
     throw std::invalid_argument(std::string(error.what()) + ": it must be a whole number");

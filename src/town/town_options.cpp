@@ -5,6 +5,8 @@
 #include <sstream>
 #include <type_traits>
 
+#include "ratslam/common/text_file.h"
+
 namespace ratslam {
 namespace {
 
@@ -83,10 +85,7 @@ void TownOptions::validate() const {
   camera().validate();
 }
 
-bool TownOptions::writesBag() const {
-  const std::string ending = ".bag";
-  return out.size() >= ending.size() && out.compare(out.size() - ending.size(), ending.size(), ending) == 0;
-}
+bool TownOptions::writesBag() const { return endsWith(out, ".bag"); }
 
 void TownOptions::expectEffects() const {
   if (writesBag()) {

@@ -151,3 +151,12 @@ def test_a_second_day_is_exported_in_stretches(program, short, tmp_path):  # noq
     for name, of_run in (("days.tum", "trajectory_final.tum"), ("days_2.tum", "trajectory_final_2.tum")):
         # The run goes on to settle its map once it has saved it.
         assert np.loadtxt(tmp_path / name) == pytest.approx(np.loadtxt(tmp_path / "two" / of_run), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "name, words",
+    [("ratslam_run", ["--odom", "profile"]), ("ratslam_places", ["--min", "5"]), ("ratslam_map", ["--form", "tum"])],
+)
+def test_options_have_their_full_names(program, short, name, words):  # noqa: F811
+    refused = said_by(beside(program, name), short, *words)
+    assert refused.returncode == 1 and f"'{words[0]}'" in refused.stdout, refused.stdout

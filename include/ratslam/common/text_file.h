@@ -23,6 +23,8 @@ std::vector<TextLine> readLines(const std::string& path);
 /// The text without blanks at its ends.
 std::string trimmed(const std::string& text);
 
+bool endsWith(const std::string& text, const std::string& ending);
+
 /// The number at the beginning of a text, as std::strtod reads it in the "C" locale, whatever the program's locale is.
 /// @param end  becomes the end of the number, or the text's beginning if there is none
 double toNumber(const char* text, char** end);

@@ -86,9 +86,8 @@ std::string choose(const std::string& path, const TopicTypes& types, const std::
                    const char* what, const std::vector<std::string>& suitable_types,
                    const std::string& ending) {
   const auto suits = [&](const std::string& topic, const std::string& type) {
-    const bool ends = topic.size() >= ending.size() &&
-                      topic.compare(topic.size() - ending.size(), ending.size(), ending) == 0;
-    return ends && std::find(suitable_types.begin(), suitable_types.end(), type) != suitable_types.end();
+    return endsWith(topic, ending) &&
+           std::find(suitable_types.begin(), suitable_types.end(), type) != suitable_types.end();
   };
   if (!wanted.empty()) {
     std::string name = wanted.front() == '/' ? wanted : "/" + wanted;

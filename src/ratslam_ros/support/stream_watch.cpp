@@ -6,17 +6,14 @@
 
 #include <algorithm>
 
+#include "ratslam/common/text_file.h"
+
 namespace ratslam {
 namespace {
 
 constexpr double kPatience_s = 5.0;
 
 std::string lastPart(const std::string& name) { return name.substr(name.rfind('/') + 1); }
-
-bool endsWith(const std::string& name, const std::string& ending) {
-  return name.size() >= ending.size() &&
-         name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
-}
 
 /// Whether a topic has pictures drawn by the nodes, which cannot be their input.
 bool isOwnPicture(const std::string& topic) {
