@@ -13,7 +13,8 @@ struct NumberSession {
   Stamp id = 0;             ///< stamp of the first message that the process handled; 0: unknown
   std::uint32_t known = 0;  ///< lower numbers were loaded: they are older than the session
 
-  bool operator!=(const NumberSession& other) const { return id != other.id || known != other.known; }
+  bool operator==(const NumberSession& other) const { return id == other.id && known == other.known; }
+  bool operator!=(const NumberSession& other) const { return !(*this == other); }
 
   template <class Fields>
   void stateFields(Fields&& fields) {

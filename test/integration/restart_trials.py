@@ -98,8 +98,9 @@ class Town:
 class Chain:
     """The nodes, fed with a town's drive by hand."""
 
-    def __init__(self, town, root, folder, odometry="external", **parameters):
-        self.town, self.root, self.folder, self.odometry = town, root, folder, odometry
+    def __init__(self, town, root, folder, odometry="external", lag=0, **parameters):
+        """lag: the odometry comes so many frames after the images, as one does that takes long to compute"""
+        self.town, self.root, self.folder, self.odometry, self.lag = town, root, folder, odometry, lag
         os.makedirs(folder)
         self.config = os.path.join(folder, "config.yaml")
         self.parameters = parameters
@@ -157,16 +158,26 @@ class Chain:
 
     def drive(self, until, rate=100.0, wait=True):
         """Publishes frames up to a number; waits until the map has taken the last one."""
+        ends = until == len(self.town.frames)
         for index in range(self.next, until):
             frame = self.town.frames[index]
-            if self.odom:
-                self.odom.publish(self.town.wheels[frame.header.stamp])
+            if not self.lag:
+                self.measure(index)
             self.info.publish(self.town.camera)
             self.images.publish(frame)
+            if self.lag and index >= self.lag:
+                self.measure(index - self.lag)
             time.sleep(1.0 / rate)
+        for index in range(until - self.lag, until) if ends else ():
+            self.measure(index)
         self.next = until
-        if wait and not harness.wait_until(lambda: self.poses and self.poses[-1].header.stamp >= self.town.stamps[until - 1], 60.0):
+        reached = self.town.stamps[until - 1 - (0 if ends else self.lag)]
+        if wait and not harness.wait_until(lambda: self.poses and self.poses[-1].header.stamp >= reached, 60.0):
             raise AssertionError(f"no robot pose of frame {until - 1}: " + self.words())
+
+    def measure(self, index):
+        if self.odom:
+            self.odom.publish(self.town.wheels[self.town.stamps[index]])
 
     def end(self):
         """Ends what a failed trial has left."""

@@ -28,12 +28,12 @@ class Restarts(harness.FolderTest):
             self.undisturbed[odometry] = trials.undisturbed(self.town, self.path(odometry), odometry)[0]
         return self.undisturbed[odometry]
 
-    def restarted(self, nodes, odometry="external", moments=(KILLED,), rate=100.0, checkpoints=True):
+    def restarted(self, nodes, odometry="external", moments=(KILLED,), rate=100.0, checkpoints=True, lag=0):
         """A drive on which the nodes are killed, one after another at the moments, or all at the one there is."""
         name = self.id().rsplit(".", 1)[-1]
         folder = self.path(name)
         kept = {"map_dir": folder + "_map", "autosave_period": AUTOSAVE_S} if checkpoints else {}
-        chain = trials.Chain(self.town, "/" + name, folder, odometry, **kept)
+        chain = trials.Chain(self.town, "/" + name, folder, odometry, lag, **kept)
         self.addCleanup(chain.end)
         for index, moment in enumerate(moments):
             killed = nodes if len(moments) == 1 else [nodes[index]]
@@ -69,6 +69,13 @@ class Restarts(harness.FolderTest):
         lost = len(self.town.frames) - poses
         self.assertLessEqual(lost, 10 * AUTOSAVE_S + BACK - KILLED + 1)
         self.assertEqual(chain.nodes["ratslam_em"].count("resumed from the checkpoint at 1600000030"), 1)
+
+    def test_pose_cells_whose_views_wait_for_odometry(self):
+        chain = self.restarted(["ratslam_pc"], lag=3)
+        self.check(chain)
+        self.assertEqual(chain.nodes["ratslam_em"].count("time went back"), 0, chain.words())
+        stamps = [state.header.stamp for state in chain.states]
+        self.assertEqual(stamps, sorted(set(stamps)), "a decision was published twice")
 
     def test_all_at_once(self):
         chain = self.restarted(["ratslam_em", "ratslam_pc", "ratslam_lv"])

@@ -67,8 +67,8 @@ class OdometryTimeline {
   /// Steps from the end of the last call (at first: from the first sample) to `stamp`, oldest first. They end
   /// earlier if the motion is not known up to `stamp`, and are empty if no time has passed.
   std::vector<TimedStep> advanceTo(Stamp stamp);
-  /// The same steps, without consuming them.
-  std::vector<TimedStep> lookAhead(Stamp stamp) const;
+  /// All known steps after `from`, which does not lie before cursor(), without consuming them.
+  std::vector<TimedStep> lookAhead(Stamp from) const;
 
   /// Stamp of the first sample; none before it.
   std::optional<Stamp> clockStart() const { return start_; }

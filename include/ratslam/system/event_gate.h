@@ -129,6 +129,11 @@ class EventGate {
       pop();
     }
   }
+  /// Drops the events that wait. The odometry stays.
+  void forgetWaiting() {
+    events_.clear();
+    later_.clear();
+  }
   /// The next event, whether or not the odometry has reached it.
   const Event* waiting() const { return events_.empty() ? nullptr : &events_.front(); }
   std::size_t size() const { return events_.size() + later_.size(); }

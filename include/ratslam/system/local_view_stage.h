@@ -81,6 +81,8 @@ class LocalViewStage {
 
   /// Clears the streams, before another drive or another part of the same drive.
   void interrupt();
+  /// Drops the images that wait, after load(): the process that saved the state went on and decided on them.
+  void forgetWaiting() { gate_.forgetWaiting(); }
 
   /// Whether to learn views that are not recalled. If not, they make no view cell active.
   void setLearning(bool learning) { cells_.setLearning(learning); }

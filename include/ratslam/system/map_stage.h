@@ -5,7 +5,7 @@
 /// result depends only on stamps and values.
 #pragma once
 
-#include <map>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,8 +50,9 @@ class MapStage {
   std::optional<Stamp> lastDecision() const { return gate_.lastEvent(); }
   /// Number of geometries that were forgotten before their decision came.
   std::size_t forgottenGeometry() const { return forgotten_; }
-  /// Pose of the robot by all odometry so far, also that after the last decision.
-  StampedPose latestPose() const;
+  /// Pose of the robot by all odometry so far, also that after the last decision. A call takes the samples since the
+  /// last one.
+  StampedPose latestPose();
   const OdometryTimeline& odometry() const { return gate_.odometry(); }
   const ExperienceMap& map() const { return map_; }
   ExperienceMap& map() { return map_; }
@@ -88,6 +89,9 @@ class MapStage {
   bool processOrRefuse(const TopologicalAction& action);
   bool geometryIsMissing(Stamp stamp) const;
   TopologicalAction inNumbersOfTheMap(TopologicalAction action);
+  std::size_t earlierGeometry(Stamp stamp) const;
+  bool beginsAnotherTime(std::size_t index) const;
+  void useUpGeometry(std::size_t count);
   std::optional<RecallGeometry> takeGeometry(Stamp stamp);
   void thinOutWay();
   std::optional<Eigen::Vector3d> odometryAt(Stamp stamp) const;
@@ -102,8 +106,9 @@ class MapStage {
   bool use_height_;
   OdometryStreamParams stream_;
   EventGate<TopologicalAction> gate_;
-  std::map<Stamp, RecallGeometry> geometry_;
-  std::optional<Stamp> newest_geometry_;  ///< stamp of the newest geometry; no earlier one will come
+  std::deque<RecallGeometry> geometry_;  ///< in the order of the images, which may be ahead of the decisions
+  /// Stamp of the last geometry that is used up, of the time of the decisions.
+  std::optional<Stamp> used_geometry_;
   std::size_t forgotten_ = 0;
   bool started_ = false;
   std::optional<Stamp> last_processed_;
@@ -122,8 +127,17 @@ class MapStage {
   };
   std::vector<Waypoint> way_;
   double way_yaw_ = 0.0;
-  std::uint32_t newest_view_ = 0;  ///< largest number of a view so far
+  std::uint32_t next_view_ = 0;    ///< above the numbers of all views up to the last decision
   std::uint32_t oldest_view_ = 0;  ///< views from this number on were learned on the way
+  /// Motion after the last decision, as far as latestPose() has added it up.
+  struct Ahead {
+    std::uint64_t beginnings = 0;
+    Stamp from = 0;  ///< end of the motion that the map has
+    Stamp to = 0;
+    Motion motion;
+    Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
+  };
+  std::optional<Ahead> ahead_;
 };
 
 }  // namespace ratslam

@@ -67,6 +67,8 @@ class PoseCellStage {
 
   /// Clears the streams, before another drive or another part of the same drive.
   void interrupt();
+  /// Drops the views that wait, after load(): the process that saved the state went on and decided on them.
+  void forgetWaiting() { gate_.forgetWaiting(); }
 
   /// Whether new experiences may be created.
   void setLearning(bool learning) { cells_.setLearning(learning); }

@@ -31,6 +31,8 @@ class NodeCheckpoints {
   /// State of the part at its last usable checkpoint. Logs which one, or that there is none. None without map_dir.
   /// @throws std::runtime_error if it was made with other parameters
   std::optional<State> resume();
+  /// Whether the process went on after the checkpoint that was resumed. Then it has published what waits in it.
+  bool wentOn() const { return went_on_; }
 
   /// To be called before a message is processed.
   void before(Stamp message, const Save& save);
@@ -44,6 +46,7 @@ class NodeCheckpoints {
                                      const std::map<std::string, std::string>& parameters);
 
   PartCheckpoints checkpoints_;
+  bool went_on_ = false;
   CountedWarning lost_;
 };
 

@@ -208,13 +208,13 @@ std::vector<TimedStep> OdometryTimeline::advanceTo(Stamp stamp) {
   return steps;
 }
 
-std::vector<TimedStep> OdometryTimeline::lookAhead(Stamp stamp) const {
+std::vector<TimedStep> OdometryTimeline::lookAhead(Stamp from) const {
   std::vector<TimedStep> steps;
-  Stamp from = cursor_;
-  for (auto next = pending_.begin(); next != pending_.end() && from < stamp; ++next) {
-    const Stamp end = std::min(stamp, next->end);
-    steps.push_back(stepOf(*next, from, end));
-    from = end;
+  auto next = std::partition_point(pending_.begin(), pending_.end(),
+                                   [from](const Interval& interval) { return interval.end <= from; });
+  for (; next != pending_.end(); ++next) {
+    steps.push_back(stepOf(*next, from, next->end));
+    from = next->end;
   }
   return steps;
 }

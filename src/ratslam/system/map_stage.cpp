@@ -11,7 +11,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 10;
+constexpr std::uint32_t kStateVersion = 11;
 constexpr std::uint32_t kUnknown = 0xFFFFFFFF;  // the map has no experience for a number of the pose cells
 
 constexpr std::uint32_t kMostExperiences = 10'000'000;
@@ -39,11 +39,9 @@ bool MapStage::addDecision(const TopologicalAction& action) {
 }
 
 void MapStage::addGeometry(const RecallGeometry& geometry) {
-  geometry_[geometry.stamp] = geometry;
-  newest_geometry_ = geometry.stamp;
-  if (geometry.view_id != kNoView) newest_view_ = std::max(newest_view_, geometry.view_id);
+  geometry_.push_back(geometry);
   if (geometry_.size() <= kMostGeometry) return;
-  geometry_.erase(geometry_.begin());
+  useUpGeometry(1);
   ++forgotten_;
 }
 
@@ -53,7 +51,12 @@ std::vector<Stamp> MapStage::drain(Passing which) {
   gate_.pass(which, [&](const TopologicalAction& action) {
     if (last_processed_ && action.stamp < *last_processed_) {
       started_ = false;  // the map's clock is set again: no motion and no time across the jump
-      newest_geometry_.reset();
+      // What is left of the old time has no decision any more. That of the new time begins with an earlier stamp.
+      const auto anew = std::find_if(geometry_.begin(), geometry_.end(), [this](const RecallGeometry& one) {
+        return one.stamp <= *last_processed_;
+      });
+      useUpGeometry(static_cast<std::size_t>(anew - geometry_.begin()));
+      used_geometry_.reset();
       last_processed_.reset();
     }
     if (which == Passing::kReached && geometryIsMissing(action.stamp)) return false;
@@ -65,10 +68,33 @@ std::vector<Stamp> MapStage::drain(Passing which) {
 }
 
 bool MapStage::geometryIsMissing(Stamp stamp) const {
-  // Geometry comes in the order of images. If a later one has come, this one was sent before the map started, and is lost.
-  const bool will_come =
-      geometry_source_ != GeometrySource::kNone && (!newest_geometry_ || stamp > *newest_geometry_);
-  return will_come && geometry_.count(stamp) == 0;
+  if (geometry_source_ == GeometrySource::kNone || earlierGeometry(stamp) < geometry_.size()) return false;
+  // Geometry comes in the order of images. If a later one has come, this one was sent before the map started, and is
+  // lost.
+  const bool later_is_used = geometry_.empty() && used_geometry_ && *used_geometry_ >= stamp;
+  return !later_is_used;
+}
+
+/// Number of the waiting geometries, from the oldest on, that are of images before `stamp` in the time of the decisions.
+std::size_t MapStage::earlierGeometry(Stamp stamp) const {
+  std::size_t count = 0;
+  while (count < geometry_.size() && !beginsAnotherTime(count) && geometry_[count].stamp < stamp) ++count;
+  return count;
+}
+
+bool MapStage::beginsAnotherTime(std::size_t index) const {
+  const std::optional<Stamp> before = index == 0 ? used_geometry_ : geometry_[index - 1].stamp;
+  return before && geometry_[index].stamp < *before;
+}
+
+/// Drops the oldest ones.
+void MapStage::useUpGeometry(std::size_t count) {
+  const auto end = geometry_.begin() + static_cast<std::ptrdiff_t>(count);
+  for (auto used = geometry_.begin(); used != end; ++used) {
+    used_geometry_ = used->stamp;
+    if (used->view_id != kNoView) next_view_ = std::max(next_view_, used->view_id + 1);
+  }
+  geometry_.erase(geometry_.begin(), end);
 }
 
 bool MapStage::processOrRefuse(const TopologicalAction& action) {
@@ -90,8 +116,9 @@ std::vector<std::string> MapStage::takeRefusals() {
 void MapStage::interrupt() {
   gate_ = EventGate<TopologicalAction>(use_height_, stream_, false);  // no decision may be lost
   beginnings_ = 0;
-  geometry_.clear();
-  newest_geometry_.reset();
+  useUpGeometry(geometry_.size());
+  used_geometry_.reset();
+  ahead_.reset();
   started_ = false;
   last_processed_.reset();
   map_.dropGoal();
@@ -101,10 +128,8 @@ void MapStage::save(State& state) const {
   state.setVersion(kStateVersion);
   map_.save(state.child("map"));
   state.set("streams", gate_);
-  std::vector<RecallGeometry> geometry;
-  for (const auto& [stamp, measured] : geometry_) geometry.push_back(measured);
-  state.set("geometry", geometry);
-  state.set("newest_geometry", newest_geometry_);
+  state.set("geometry", geometry_);
+  state.set("used_geometry", used_geometry_);
   state.set("started", started_);
   state.set("last_processed", last_processed_);
   state.set("session", session_);
@@ -113,7 +138,7 @@ void MapStage::save(State& state) const {
   state.set("beginnings", beginnings_);
   state.set("way", way_);
   state.set("way_yaw", way_yaw_);
-  state.set("newest_view", newest_view_);
+  state.set("next_view", next_view_);
   state.set("oldest_view", oldest_view_);
 }
 
@@ -121,11 +146,8 @@ void MapStage::load(const State& state) {
   state.requireVersion(kStateVersion);
   map_.load(state.child("map"));
   state.get("streams", gate_);
-  geometry_.clear();
-  for (const RecallGeometry& measured : state.get<std::vector<RecallGeometry>>("geometry")) {
-    geometry_[measured.stamp] = measured;
-  }
-  state.get("newest_geometry", newest_geometry_);
+  state.get("geometry", geometry_);
+  state.get("used_geometry", used_geometry_);
   state.get("started", started_);
   state.get("last_processed", last_processed_);
   state.get("session", session_);
@@ -134,16 +156,18 @@ void MapStage::load(const State& state) {
   state.get("beginnings", beginnings_);
   state.get("way", way_);
   state.get("way_yaw", way_yaw_);
-  state.get("newest_view", newest_view_);
+  state.get("next_view", next_view_);
   state.get("oldest_view", oldest_view_);
+  ahead_.reset();
 }
 
 void MapStage::process(const TopologicalAction& action) {
   changes_.applyBefore(action.stamp, map_);
+  ahead_.reset();
   if (!started_ || way_.empty() || beginnings_ != gate_.beginnings()) {
     const Stamp start = gate_.clockStart().value_or(action.stamp);
     map_.start(start);
-    oldest_view_ = way_.empty() ? 0 : newest_view_;
+    oldest_view_ = way_.empty() ? 0 : next_view_;
     way_.assign(1, Waypoint{start, way_.empty() ? Eigen::Vector3d(0, 0, 0) : way_.back().place});
     started_ = true;
     beginnings_ = gate_.beginnings();
@@ -164,7 +188,7 @@ void MapStage::process(const TopologicalAction& action) {
   if (action.kind == ActionKind::kNone) return;
   const TopologicalAction translated = inNumbersOfTheMap(action);
   map_.apply(translated, geometry ? &*geometry : nullptr);
-  if (session_.id == 0 || translated.kind != ActionKind::kCreateNode) return;
+  if (session_.id == 0 || translated.kind != ActionKind::kCreateNode || !map_.learning()) return;
   if (action.kind != ActionKind::kCreateNode) ++recreated_;
   if (action.dest_id >= experience_of_.size()) experience_of_.resize(action.dest_id + 1, kUnknown);
   experience_of_[action.dest_id] = translated.dest_id;
@@ -175,7 +199,14 @@ void MapStage::process(const TopologicalAction& action) {
 TopologicalAction MapStage::inNumbersOfTheMap(TopologicalAction action) {
   if (action.session.id == 0) action.session = session_;
   if (action.session.id == 0) return action;
-  if (action.session != session_) {
+  const auto known = [this](std::uint32_t id) {
+    return id < experience_of_.size() && experience_of_[id] != kUnknown;
+  };
+  // A session gives each number once. Another one with the same first stamp, as of a drive that is played again, begins
+  // with the first number.
+  const bool begins_again = action.session == session_ && action.kind == ActionKind::kCreateNode &&
+                            action.dest_id == session_.known && known(action.dest_id);
+  if (action.session != session_ || begins_again) {
     if (session_.id == 0) {
       experience_of_.resize(map_.graph().experiences().size());
       std::iota(experience_of_.begin(), experience_of_.end(), 0U);
@@ -183,9 +214,6 @@ TopologicalAction MapStage::inNumbersOfTheMap(TopologicalAction action) {
     if (experience_of_.size() > action.session.known) experience_of_.resize(action.session.known);
     session_ = action.session;
   }
-  const auto known = [this](std::uint32_t id) {
-    return id < experience_of_.size() && experience_of_[id] != kUnknown;
-  };
   const auto next = static_cast<std::uint32_t>(map_.graph().experiences().size());
   action.src_id = known(action.src_id) ? experience_of_[action.src_id] : map_.currentExperience().value_or(0);
   if (known(action.dest_id)) {
@@ -201,25 +229,24 @@ TopologicalAction MapStage::inNumbersOfTheMap(TopologicalAction action) {
   return action;
 }
 
-StampedPose MapStage::latestPose() const {
-  StampedPose latest{gate_.odometry().cursor(), map_.robotPose(), map_.robotTilt()};
-  const std::optional<Stamp> newest = gate_.odometry().lastStamp();
-  if (!newest) return latest;
-  Motion motion;
-  for (const TimedStep& timed : gate_.odometry().lookAhead(*newest)) {
-    motion.add(map_.inRobotsUnit(timed.step));
-    latest.stamp = timed.end;
-    latest.tilt = timed.step.tilt;
+StampedPose MapStage::latestPose() {
+  const OdometryTimeline& odometry = gate_.odometry();
+  if (!ahead_ || ahead_->from != odometry.cursor() || ahead_->beginnings != gate_.beginnings())
+    ahead_ = Ahead{gate_.beginnings(), odometry.cursor(), odometry.cursor(), Motion{}, map_.robotTilt()};
+  for (const TimedStep& timed : odometry.lookAhead(ahead_->to)) {
+    ahead_->motion.add(map_.inRobotsUnit(timed.step));
+    ahead_->to = timed.end;
+    ahead_->tilt = timed.step.tilt;
   }
-  latest.pose = compose(latest.pose, motion.pose);
-  return latest;
+  return {ahead_->to, compose(map_.robotPose(), ahead_->motion.pose), ahead_->tilt};
 }
 
 std::optional<RecallGeometry> MapStage::takeGeometry(Stamp stamp) {
-  const auto found = geometry_.find(stamp);
-  if (found == geometry_.end()) return std::nullopt;
-  RecallGeometry geometry = found->second;
-  geometry_.erase(geometry_.begin(), std::next(found));
+  const std::size_t earlier = earlierGeometry(stamp);
+  if (earlier == geometry_.size() || geometry_[earlier].stamp != stamp || beginsAnotherTime(earlier))
+    return std::nullopt;
+  RecallGeometry geometry = geometry_[earlier];
+  useUpGeometry(earlier + 1);
   if (!geometry.measured()) return geometry.ahead != 0.0 ? std::make_optional(geometry) : std::nullopt;
   const auto from = odometryAt(geometry.companion_stamp);
   const auto to = odometryAt(geometry.template_stamp);

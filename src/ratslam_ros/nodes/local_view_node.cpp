@@ -84,6 +84,7 @@ void LocalViewNode::resume() {
   commands_.start(handle_, params_);
   if (const auto state = checkpoints_.resume()) {
     stage_.load(*state);
+    if (checkpoints_.wentOn()) stage_.forgetWaiting();
     if (state->hasChild("images")) images_.subscriber().load(state->child("images"));
   }
   commands_.resumed();
@@ -101,7 +102,6 @@ void LocalViewNode::onImage(const std_msgs::Header& header, const ImageFrame& fr
   last_header_ = header;
   last_image_ = frame.image;
   checkpoints_.before(frame.stamp, actions().save);
-  if (session_.id == 0) session_.id = std::max<Stamp>(frame.stamp, 1);
   ImageFrame seen = frame;
   if (commands_.paused()) seen.quality = ImageQuality::kBlank;
   stage_.addFrame(seen);
@@ -127,6 +127,7 @@ void LocalViewNode::watch() {
 
 void LocalViewNode::publish(const std::vector<ViewObservation>& observations) {
   for (const ViewObservation& observation : observations) {
+    if (session_.id == 0) session_.id = std::max<Stamp>(observation.view.stamp, 1);
     if (observation.geometry) outputs_.back().publish(geometryToMessage(*observation.geometry));
     ratslam_ros::ViewTemplate message = viewToMessage(observation.view);
     message.header.frame_id = withSession(last_header_.frame_id, session_);

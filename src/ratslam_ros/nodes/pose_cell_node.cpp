@@ -35,6 +35,7 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
       tuning_(handle_, own, parameters, stage_) {
   commands_.start(handle_, params_);
   if (const auto state = checkpoints_.resume()) stage_.load(*state);
+  if (checkpoints_.wentOn()) stage_.forgetWaiting();
   local_view_.start(stage_.viewSession());
   commands_.heard({stage_.viewSession().id, stage_.lastView().value_or(0)});
   commands_.resumed();
@@ -81,7 +82,6 @@ void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
   checkpoints_.before(view.stamp, [this](State& state) { stage_.save(state); });
   local_view_.heard(view.session);
   commands_.heard({view.session.id, view.stamp});
-  if (session_.id == 0) session_.id = std::max<Stamp>(view.stamp, 1);
   switch (stage_.addView(view)) {
     case EventVerdict::kAccepted:
       break;
@@ -136,6 +136,7 @@ void PoseCellNode::describe(DiagnosticStatus& status) {
 
 void PoseCellNode::publish(const std::vector<PoseCellDecision>& decisions) {
   for (const PoseCellDecision& decision : decisions) {
+    if (session_.id == 0) session_.id = std::max<Stamp>(decision.view.stamp, 1);
     ratslam_ros::PoseCellState state;
     const ratslam_ros::TopologicalAction action = actionToMessage(decision.action);
     state.header = action.header;

@@ -5,6 +5,11 @@
 #include <cmath>
 
 namespace ratslam {
+namespace {
+
+constexpr const char* kEnd = "end";  // child of a part's state: the node ended there
+
+}  // namespace
 
 CheckpointSettings NodeCheckpoints::settings(const NodeParams& params, const std::string& part,
                                              const std::map<std::string, std::string>& parameters) {
@@ -30,7 +35,10 @@ NodeCheckpoints::NodeCheckpoints(const NodeParams& params, const std::string& pa
 }
 
 std::optional<State> NodeCheckpoints::resume() {
-  return checkpoints_.resume([](const std::string& line) { ROS_WARN("%s", line.c_str()); });
+  std::optional<State> state =
+      checkpoints_.resume([](const std::string& line) { ROS_WARN("%s", line.c_str()); });
+  went_on_ = state && !state->hasChild(kEnd);
+  return state;
 }
 
 void NodeCheckpoints::before(Stamp message, const Save& save) {
@@ -40,7 +48,10 @@ void NodeCheckpoints::before(Stamp message, const Save& save) {
 
 void NodeCheckpoints::finish(const Save& save) {
   try {
-    checkpoints_.saveNow(save);
+    checkpoints_.saveNow([&save](State& state) {
+      save(state);
+      state.child(kEnd);
+    });
   } catch (const std::exception& e) {
     ROS_ERROR("%s", e.what());
   }

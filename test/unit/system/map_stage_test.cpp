@@ -139,6 +139,108 @@ TEST(MapStage, DecisionsThatWaitWhenTimeGoesBackGetTheirOwnMotion) {
               2.0, 1e-6);
 }
 
+RecallGeometry measuredAt(Stamp stamp, std::uint32_t view, double distance_ratio) {
+  RecallGeometry geometry = geometryAt(stamp);
+  geometry.view_id = view;
+  geometry.inliers = 50;
+  geometry.relative_rad = 0.5;
+  geometry.distance_ratio = distance_ratio;
+  geometry.sigma_ratio = geometry.sigma_rotation = geometry.sigma_direction = 0.01;
+  return geometry;
+}
+
+/// Two laps of a looped bag with the same stamps. The second recalls a view of itself, whose distance is that of the way
+/// between its template and the companion. @param ahead  whether the second lap's geometry comes before the first one's
+/// last decision
+StampedPose poseAfterTwoLaps(bool ahead) {
+  MapStage stage(ExperienceMapParams{}, GeometrySource::kImages);
+  const auto decide = [&stage](int second, ActionKind kind, std::uint32_t src, std::uint32_t dest) {
+    stage.addDecision(action(second * kSecond, kind, src, dest));
+    stage.drain();
+  };
+  const auto measure = [&stage](int second, std::uint32_t view) {
+    RecallGeometry geometry = geometryAt(second * kSecond);
+    geometry.view_id = view;
+    stage.addGeometry(geometry);
+    stage.drain();
+  };
+  const auto measureSecondLap = [&] {
+    for (int second = 1; second <= 3; ++second) measure(second, static_cast<std::uint32_t>(second + 3));
+    RecallGeometry recall = measuredAt(4 * kSecond, 5, 0.5);
+    recall.template_stamp = 2 * kSecond;
+    recall.companion_stamp = 1 * kSecond;
+    stage.addGeometry(recall);
+    stage.drain();
+  };
+  const auto drive = [&](int second) {
+    stage.addOdometry(sampleAt(second * kSecond, 1.0));
+    stage.drain();
+  };
+  drive(0);
+  for (int second = 1; second <= 4; ++second) {
+    measure(second, static_cast<std::uint32_t>(second - 1));
+    if (second < 4) drive(second);
+    if (ahead && second == 4) measureSecondLap();
+    const auto number = static_cast<std::uint32_t>(second - 1);
+    decide(second, ActionKind::kCreateNode, number == 0 ? 0 : number - 1, number);
+  }
+  drive(4);
+  for (int second = 0; second <= 3; ++second) drive(second);
+  if (!ahead) measureSecondLap();
+  for (int second = 1; second <= 3; ++second) {
+    const auto number = static_cast<std::uint32_t>(second + 3);
+    decide(second, ActionKind::kCreateNode, number - 1, number);
+  }
+  drive(4);
+  decide(4, ActionKind::kCreateEdge, 6, 5);
+  EXPECT_EQ(stage.waitingDecisions(), 0U) << "ahead " << ahead;
+  return stage.latestPose();
+}
+
+TEST(MapStage, GeometryOfAnotherTimeMayComeBeforeTheOldTimesLastDecision) {
+  const StampedPose in_order = poseAfterTwoLaps(false);
+  const StampedPose ahead = poseAfterTwoLaps(true);
+  EXPECT_EQ(in_order.stamp, 4 * kSecond);
+  EXPECT_EQ(in_order.stamp, ahead.stamp);
+  EXPECT_EQ(in_order.pose.x, ahead.pose.x);
+  EXPECT_EQ(in_order.pose.y, ahead.pose.y);
+  EXPECT_EQ(in_order.pose.yaw, ahead.pose.yaw);
+}
+
+/// Whoever asks after each sample gets what somebody gets who asks once, also across decisions and a lap that begins anew.
+TEST(MapStage, TheLatestPoseDoesNotDependOnHowOftenItIsAskedFor) {
+  const auto poses = [](bool each_time) {
+    MapStage stage(ExperienceMapParams{}, GeometrySource::kNone);
+    std::vector<StampedPose> asked;
+    for (int lap = 0; lap < 2; ++lap) {
+      for (int k = 0; k <= 100; ++k) {
+        OdometrySample sample = sampleAt(k * kSecond / 10, 1.0 + 0.01 * k);
+        sample.yaw_rate = 0.3;
+        stage.addOdometry(sample);
+        if (k % 40 == 7) {
+          const std::uint32_t next =
+              stage.map().currentExperience() ? *stage.map().currentExperience() + 1 : 0;
+          stage.addDecision(
+              action(sample.stamp - kSecond / 20, ActionKind::kCreateNode, next == 0 ? 0 : next - 1, next));
+          stage.drain();
+        }
+        if (each_time) stage.latestPose();
+        if (k % 25 == 24) asked.push_back(stage.latestPose());
+      }
+    }
+    return asked;
+  };
+  const std::vector<StampedPose> often = poses(true);
+  const std::vector<StampedPose> rarely = poses(false);
+  ASSERT_EQ(often.size(), 8U);
+  for (std::size_t k = 0; k < often.size(); ++k) {
+    EXPECT_EQ(often[k].stamp, rarely[k].stamp) << k;
+    EXPECT_EQ(often[k].pose.x, rarely[k].pose.x) << k;
+    EXPECT_EQ(often[k].pose.y, rarely[k].pose.y) << k;
+    EXPECT_EQ(often[k].pose.yaw, rarely[k].pose.yaw) << k;
+  }
+}
+
 TEST(MapStage, AFastOdometryDoesNotMakeItLarger) {
   const auto bytesAfterTenMinutes = [](int samples_a_second) {
     ExperienceMapParams params;

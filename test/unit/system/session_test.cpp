@@ -108,6 +108,32 @@ TEST_F(ExperienceNumbers, ThatAMapWithoutMemoryDoesNotKnowAreCreated) {
   EXPECT_EQ(experiences(), 3U);
 }
 
+/// A drive is played again to pose cells that were started again without memory: the first stamp is the same.
+TEST_F(ExperienceNumbers, ThatAreGivenOnceMoreAreNewPlaces) {
+  const NumberSession session{kTenth, 0};
+  for (std::uint32_t id = 0; id < 4; ++id) feed(ActionKind::kCreateNode, id == 0 ? 0 : id - 1, id, session);
+  for (std::uint32_t id = 0; id < 3; ++id) feed(ActionKind::kCreateNode, id == 0 ? 0 : id - 1, id, session);
+  EXPECT_TRUE(stage_.takeRefusals().empty());
+  EXPECT_EQ(experiences(), 7U);
+  feed(ActionKind::kCreateEdge, 2, 1, session);
+  EXPECT_EQ(stage_.map().currentExperience(), 5U);
+}
+
+/// Pose cells that know more places than the map, while nothing is to be learned.
+TEST_F(ExperienceNumbers, ThatTheMapMayNotCreateStayUnknown) {
+  const NumberSession session{kTenth, 0};
+  for (std::uint32_t id = 0; id < 3; ++id) feed(ActionKind::kCreateNode, id == 0 ? 0 : id - 1, id, session);
+  stage_.setLearning(false);
+  for (const std::uint32_t id : {3U, 1U, 4U, 1U}) feed(ActionKind::kCreateEdge, 2, id, session);
+  EXPECT_EQ(stage_.recreated(), 0U);
+  EXPECT_EQ(experiences(), 3U);
+  stage_.setLearning(true);
+  feed(ActionKind::kCreateNode, 1, 5, session);
+  feed(ActionKind::kCreateEdge, 5, 3, session);
+  feed(ActionKind::kCreateEdge, 3, 4, session);
+  EXPECT_EQ(experiences(), 6U) << "three places, each by itself";
+}
+
 TEST_F(ExperienceNumbers, OfSomebodyWhoSaysNoSessionAreTheMapsOwn) {
   feed(ActionKind::kCreateNode, 0, 0, {});
   feed(ActionKind::kCreateEdge, 0, 5, {});
