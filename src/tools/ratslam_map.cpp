@@ -130,7 +130,10 @@ void merge(const Options& options) {
     throw std::invalid_argument(options.second + ": it is the same map as " + options.file);
   requireAllParts(options.file, first.state);
   requireAllParts(options.second, second.state);
-  requireParameters(options.second, second, first.parameters);
+  // Nodes save the parameters of map and views, the runner also those of the odometry.
+  std::map<std::string, std::string> parameters = first.parameters;
+  parameters.insert(second.parameters.begin(), second.parameters.end());
+  requireParameters(options.second, second, parameters);
   const MapMerge merged = mergeMaps(first, second);
   const MapLock lock(options.out);
   MapWriter(options.out).save(merged.map);

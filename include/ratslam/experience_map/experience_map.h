@@ -56,6 +56,8 @@ class ExperienceMap {
 
   /// Finishes the solver's remaining work. The newest pose of the online trajectory does not change.
   void settle();
+  /// A copy with the solver's work finished. This map goes on as it was.
+  std::unique_ptr<ExperienceMap> settled() const;
 
   /// A step of the odometry in the unit of length of the robot's frame, level unless the map has height.
   OdometryStep inRobotsUnit(const OdometryStep& step) const;

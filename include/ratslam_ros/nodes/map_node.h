@@ -41,7 +41,7 @@ class MapNode {
   PartActions actions();
   bool isEmpty() const { return stage_.map().graph().experiences().empty(); }
   /// @return names of the files
-  std::string write(const std::string& file);
+  std::string write(const std::string& file, const ExperienceMap& map);
   /// See MapServices.
   std::string behind(const StreamPoint& last, Stamp last_change, bool all) const;
   void watch();

@@ -235,6 +235,15 @@ void ExperienceMap::apply(const TopologicalAction& action, const RecallGeometry*
 
 void ExperienceMap::settle() { solver_->settle(graph_); }
 
+std::unique_ptr<ExperienceMap> ExperienceMap::settled() const {
+  State state;
+  save(state);
+  auto copy = std::make_unique<ExperienceMap>(params_);
+  copy->load(state);
+  copy->settle();
+  return copy;
+}
+
 MapPose ExperienceMap::robotPose() const { return compose(framePose(robot_.frame), robot_.motion.pose); }
 
 std::optional<Eigen::Matrix4d> ExperienceMap::robotCovariance() const {
@@ -350,12 +359,7 @@ bool ExperienceMap::tellsPlace(const TopologicalAction& action) const {
 
 void ExperienceMap::locate(const TopologicalAction& action, const RecallGeometry* geometry) {
   if (action.kind != ActionKind::kCreateEdge && action.kind != ActionKind::kSetNode) return;
-  if (tellsPlace(action)) {
-    RobotPlace found{solver_->frameOf(action.dest_id), Motion{}, false};
-    found.motion.pose.yaw = wrapAngle(action.relative_rad);
-    if (geometry != nullptr) found.motion.pose.x = geometry->ahead;
-    place(found);
-  }
+  if (tellsPlace(action)) place(solver_->locate(action.dest_id, action.relative_rad, geometry));
   current_ = action.dest_id;
   current_since_ = *clock_;
   planner_.update(graph_, *current_, *clock_);

@@ -119,7 +119,7 @@ ViewEvent LocalViewCells::observe(Stamp stamp, const View& view, const cv::Mat& 
     event.learned = true;
     if (verifier != nullptr) verifier->learned(stamp, image, event.id);
   }
-  if (params_.recall.believes() && event.seen()) belief_.arrive(event.id);
+  if (params_.recall.believes() && event.seen()) belief_.arrive(event.id, learning_);
   active_ = event.seen() ? std::optional<std::uint32_t>(event.id) : std::nullopt;
   geometry_ = geometry;
   view_image_ = pair_.matcher->picture(view);

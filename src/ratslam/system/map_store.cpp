@@ -99,7 +99,8 @@ void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
   for (const auto& [key, value] : checkpoint.parameters) {
     const auto now = parameters.find(key);
     if (now == parameters.end()) {
-      throw std::runtime_error(path + ": made with the parameter " + key + ", which there is no more");
+      throw std::runtime_error(path + ": made with the parameter " + key +
+                               ", which is none of those here: another odometry or another version made it");
     }
     const bool matters = key != "threads";  // results do not depend on it, and machines differ in it
     if (matters && now->second != value) {

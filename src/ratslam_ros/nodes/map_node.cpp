@@ -35,7 +35,7 @@ MapNode::MapNode(const ros::NodeHandle& handle, const ParameterMap& parameters, 
       silence_(params_.sync_timeout),
       services_(
           handle_, params_, commands_, [this] { return isEmpty(); },
-          [this](const std::string& file) { return write(file); },
+          [this](const std::string& file) { return write(file, *stage_.map().settled()); },
           [this](const StreamPoint& last, Stamp change, bool all) { return behind(last, change, all); }),
       rivals_(handle_, odometry_.topic()),
       diagnostics_(handle_, own),
@@ -146,9 +146,8 @@ PartActions MapNode::actions() {
   return actions;
 }
 
-std::string MapNode::write(const std::string& file) {
-  stage_.map().settle();
-  const TrajectoryFiles files = writeTrajectories(stage_.map(), file, params_.trajectory_format);
+std::string MapNode::write(const std::string& file, const ExperienceMap& map) {
+  const TrajectoryFiles files = writeTrajectories(map, file, params_.trajectory_format);
   changes_.write(file);
   return files.online + ", " + files.final;
 }
@@ -158,7 +157,7 @@ void MapNode::finish() {
   stage_.map().settle();
   publisher_.publishMap(stage_.map());
   if (params_.trajectory_file.empty()) return;
-  reportTrajectories(write(params_.trajectory_file), isEmpty());
+  reportTrajectories(write(params_.trajectory_file, stage_.map()), isEmpty());
 }
 
 }  // namespace ratslam

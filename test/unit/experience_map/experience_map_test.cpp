@@ -78,6 +78,33 @@ TEST_P(SmallMap, ARecallPlacesTheRobotAheadOfTheExperienceAndChangesNothing) {
   EXPECT_EQ(map.graph().links().size(), 3U);
 }
 
+/// An experience that was made ahead of its view, which was known already.
+TEST(ExperienceMap, ARecallFromWhereTheExperienceWasMadePlacesTheRobotAtIt) {
+  ExperienceMap map(ExperienceMapParams{});
+  map.start(0);
+  RecallGeometry geometry;
+  map.integrate(1 * kSecond, motion(1.0));
+  map.apply(action(ActionKind::kCreateNode, 0, 0));
+  map.integrate(2 * kSecond, motion(1.0));
+  geometry.ahead = 0.4;
+  map.apply(action(ActionKind::kCreateNode, 0, 1), &geometry);
+  map.setLearning(false);
+  map.integrate(3 * kSecond, motion(0.5));
+  map.apply(action(ActionKind::kCreateEdge, 1, 0));
+  map.apply(action(ActionKind::kCreateEdge, 0, 1), &geometry);
+  EXPECT_NEAR(map.robotPose().x, map.graph().pose(1).x, 1e-9);
+}
+
+TEST_P(SmallMap, ASettledCopyLeavesTheMapAsItWas) {
+  State before;
+  State after;
+  map.save(before);
+  const auto copy = map.settled();
+  map.save(after);
+  EXPECT_TRUE(before == after);
+  EXPECT_EQ(copy->graph().experiences().size(), map.graph().experiences().size());
+}
+
 TEST_P(SmallMap, RejectsActionsThatDoNotFitAndStaysAsItWas) {
   const std::uint64_t revision = map.revision();
   const double nan = std::numeric_limits<double>::quiet_NaN();

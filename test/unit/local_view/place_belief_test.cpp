@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "ratslam/common/state.h"
+
 namespace ratslam {
 namespace {
 
@@ -198,6 +200,28 @@ TEST(PlaceBelief, PlacesThatWereLeftALapAgoMayBeWhereTheRobotIs) {
     belief.arrive(place);
   }
   EXPECT_EQ(belief.leftBehind(alikeAround(kPlaces - 20, 1)), kPlaces);
+}
+
+/// A robot that may not learn drives on beyond the last place, and is found again at the first one. The last one is known
+/// again a lap later: the way to the first is no neighbourhood in which likeness tells how far ahead the robot is.
+TEST(PlaceBelief, AWayThatIsNotLearnedJoinsNoPlaces) {
+  // Size of the saved belief, which grows with a link.
+  const auto size = [](std::uint32_t arrives_at, bool learns) {
+    PlaceBelief belief;
+    ViewMotion step;
+    step.forward = kStep;
+    for (std::uint32_t place = 0; place < kPlaces; ++place) {
+      belief.move(step, 0.5);
+      belief.arrive(place);
+    }
+    for (int k = 0; k < 13; ++k) belief.move(step, 0.5);
+    belief.arrive(arrives_at, learns);
+    State state;
+    state.set("belief", belief);
+    return state.toBytes().size();
+  };
+  EXPECT_GT(size(0, true), size(0, false));
+  EXPECT_EQ(size(kPlaces - 1, true), size(0, false)) << "as if it had not left";
 }
 
 /// The claim at the twelfth of twenty places of a loop that were learned twice, on ways that part before them.

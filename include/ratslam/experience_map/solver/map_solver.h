@@ -71,6 +71,15 @@ class MapSolver {
   virtual RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
                             double relative_rad, const RecallGeometry* geometry) = 0;
 
+  /// Place of the robot at a recalled experience of a map that may not change. The parameters are those of recall().
+  virtual RobotPlace locate(std::uint32_t experience, double relative_rad,
+                            const RecallGeometry* geometry) const {
+    RobotPlace found{frameOf(experience), Motion{}};
+    found.motion.pose.yaw = wrapAngle(relative_rad);
+    if (geometry != nullptr) found.motion.pose.x = geometry->ahead;
+    return found;
+  }
+
   /// Makes a frame at the robot, so that the motion from here on can be corrected apart from the motion before.
   /// @return the robot's new place; the old one if the solver makes no such frames.
   virtual RobotPlace anchor(const ExperienceGraph&, const RobotPlace& robot) { return robot; }

@@ -46,6 +46,8 @@ class PoseGraphMap : public MapSolver {
                     const RecallGeometry* geometry) override;
   RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
                     double relative_rad, const RecallGeometry* geometry) override;
+  RobotPlace locate(std::uint32_t experience, double relative_rad,
+                    const RecallGeometry* geometry) const override;
   RobotPlace anchor(const ExperienceGraph& graph, const RobotPlace& robot) override;
   std::optional<Eigen::Matrix4d> covariance(const RobotPlace& robot) const override;
   bool corrects() const override { return !nodes_.empty(); }

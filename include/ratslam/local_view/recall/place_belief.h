@@ -109,8 +109,9 @@ class PlaceBelief {
   /// candidate if the robot has since driven over known ground for more than 10 places: it may be back.
   std::size_t leftBehind(const ViewLikeness& likeness) const;
 
-  /// Sets the place of the last view, which may be the next new one. Adds the link from the place before.
-  void arrive(std::uint32_t place);
+  /// Sets the place of the last view, which may be the next new one.
+  /// @param learns  whether to add the link from the place before, if one of the two is new
+  void arrive(std::uint32_t place, bool learns = true);
 
   /// To be called when the robot starts anew at an unknown position, most likely at one of the learned places.
   void wakeUp();

@@ -120,6 +120,17 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   return {constraint.to, Motion{}};
 }
 
+RobotPlace PoseGraphMap::locate(std::uint32_t experience, double relative_rad,
+                                const RecallGeometry* geometry) const {
+  const Constraint at = recallConstraint(experience, relative_rad, geometry);
+  const double unit = pose_graph_.nodes()[at.from].scale();
+  RobotPlace found{at.from, Motion{}};
+  found.motion.pose = at.measured;
+  found.motion.pose.x /= unit;
+  found.motion.pose.y /= unit;
+  return found;
+}
+
 void PoseGraphMap::weighAfterLast(Constraint& recall) {
   const auto& nodes = pose_graph_.nodes();
   if (vague_recall_) {

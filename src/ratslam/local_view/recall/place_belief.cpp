@@ -295,13 +295,13 @@ bool PlaceBelief::deadReckoningKnows(std::uint32_t place) const {
   return here_.forward_variance > 0.0 && here_.yaw_variance > 0.0 && wayIsMeasured(place);
 }
 
-void PlaceBelief::arrive(std::uint32_t place) {
+void PlaceBelief::arrive(std::uint32_t place, bool learns) {
   const bool is_new = place == graph_.size();
   if (is_new) graph_.add();
   graph_.visit(place, here_);
   if (at_ == place) return;
   // Known places have their links already. More links between them would only blur the belief.
-  if (at_ && (is_new || at_new_)) graph_.link(*at_, place, since_arrival_, novelty_since_arrival_);
+  if (at_ && learns && (is_new || at_new_)) graph_.link(*at_, place, since_arrival_, novelty_since_arrival_);
   at_ = place;
   at_new_ = is_new;
   since_arrival_ = novelty_since_arrival_ = 0.0;
