@@ -52,6 +52,9 @@ class Services(chain.ChainTest):
         self.assertIn(expected, answer.message)
         self.assertNotIn("\n", answer.message)
 
+    def command(self, part, **fields):
+        return rospy.ServiceProxy(f"{self.root}/{part}/Command", PartCommand)(PartCommandRequest(**fields))
+
     def experiences(self):
         return self.maps[-1].node_count if self.maps else 0
 
@@ -151,6 +154,8 @@ class Services(chain.ChainTest):
         def save():
             names.append(f"{len(names)}.db")
             answers.append(self.call("SaveMap", MapPath, names[-1]))
+            for part in ("LocalView", "PoseCell"):  # whether it can be loaded: that changes nothing either
+                answers.append(self.command(part, command=PartCommandRequest.CHECK, path=os.path.join(self.map_dir, names[-1])))
 
         end = []
         try:
@@ -159,8 +164,9 @@ class Services(chain.ChainTest):
             for each in end:
                 each()
         self.assertGreater(len(names), 2)
-        for name, answer in zip(names, answers):
+        for answer in answers:
             self.assertTrue(answer.success, answer.message)
+        for name in names:
             self.sound(name)
         self.done("WriteTrajectories", Trigger)
         run = harness.offline(bag, self.config, os.path.join(self.home, "run"), "--odometry", "topic")
@@ -206,8 +212,7 @@ class Services(chain.ChainTest):
         nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
         self.drive(10)
         for part in ("LocalView", "PoseCell"):
-            hold = PartCommandRequest(command=PartCommandRequest.HOLD, on=True)
-            self.assertTrue(rospy.ServiceProxy(f"{self.root}/{part}/Command", PartCommand)(hold).success)
+            self.assertTrue(self.command(part, command=PartCommandRequest.HOLD, on=True).success)
         self.drive(2)
         for name in ("ratslam_lv", "ratslam_pc"):
             self.assertEqual(nodes[name].count("did not renew its hold within 10 s: processing continues"), 1, nodes[name].output())

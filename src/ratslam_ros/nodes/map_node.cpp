@@ -136,9 +136,11 @@ PartActions MapNode::actions() {
   };
   actions.load = [this](const State& state) {
     stage_.load(state);
+    changes_.load(state);
+  };
+  actions.begin = [this] {
     stage_.interrupt();
     pose_cells_.start(stage_.session());
-    changes_.load(state);
     goals_.forget();
     publisher_.replaceMap(stage_.map());
   };

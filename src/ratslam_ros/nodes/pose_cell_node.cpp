@@ -54,8 +54,8 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
 PartActions PoseCellNode::actions() {
   PartActions actions;
   actions.save = [this](State& state) { stage_.save(state); };
-  actions.load = [this](const State& state) {
-    stage_.load(state);
+  actions.load = [this](const State& state) { stage_.load(state); };
+  actions.begin = [this] {
     stage_.interrupt();
     local_view_.start(stage_.viewSession());
     session_ = {0, static_cast<std::uint32_t>(stage_.cells().experiences())};

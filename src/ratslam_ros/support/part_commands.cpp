@@ -52,16 +52,18 @@ void PartCommands::run(const Request& request) {
       files.saveTo(request.path, actions_.save);
       break;
     case Request::CHECK:
-      files.loadFrom(request.path);
+      actions_.load(exchange(files.loadFrom(request.path)));
       break;
     case Request::LOAD:
-      actions_.load(files.loadFrom(request.path));
+      exchange(files.loadFrom(request.path));
+      actions_.begin();
       files.continueFrom(request.path);
       forgetStream();
       ROS_INFO("%s: loaded from %s", part().c_str(), request.path.c_str());
       break;
     case Request::RESET:
       actions_.load(*empty_);
+      actions_.begin();
       files.continueFrom("");
       forgetStream();
       ROS_INFO("%s: everything forgotten", part().c_str());
@@ -81,6 +83,18 @@ void PartCommands::run(const Request& request) {
     default:
       throw std::invalid_argument("command " + std::to_string(request.command) + " is unknown");
   }
+}
+
+State PartCommands::exchange(const State& state) {
+  State own;
+  actions_.save(own);
+  try {
+    actions_.load(state);
+  } catch (...) {
+    actions_.load(own);
+    throw;
+  }
+  return own;
 }
 
 void PartCommands::setLearning(bool on) {
