@@ -76,6 +76,8 @@ class PartCommands {
   std::string missing(const StreamPoint& last) const;
 
  private:
+  /// @return the path  @throws std::runtime_error unless it is inside the part's map_dir
+  std::string inFolder(const std::string& path) const;
   /// Gives the part another state; if that does not fit, the part keeps its own one. @return its own one
   State exchange(const State& state);
   void setLearning(bool on);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "ratslam_ros/support/conversions.h"
+#include "ratslam_ros/support/inside_folder.h"
 
 namespace ratslam {
 namespace {
@@ -49,13 +50,13 @@ void PartCommands::run(const Request& request) {
       files.saveNow(actions_.save);
       break;
     case Request::SAVE:
-      files.saveTo(request.path, actions_.save);
+      files.saveTo(inFolder(request.path), actions_.save);
       break;
     case Request::CHECK:
-      actions_.load(exchange(files.loadFrom(request.path)));
+      actions_.load(exchange(files.loadFrom(inFolder(request.path))));
       break;
     case Request::LOAD:
-      exchange(files.loadFrom(request.path));
+      exchange(files.loadFrom(inFolder(request.path)));
       actions_.begin();
       files.continueFrom(request.path);
       forgetStream();
@@ -82,6 +83,16 @@ void PartCommands::run(const Request& request) {
       break;
     default:
       throw std::invalid_argument("command " + std::to_string(request.command) + " is unknown");
+  }
+}
+
+std::string PartCommands::inFolder(const std::string& path) const {
+  const PartCheckpoints& files = checkpoints_.files();
+  try {
+    if (!files.enabled()) throw std::runtime_error(*files.whyNothingIsSaved());
+    return pathInside(path, {files.settings().folder}, "");
+  } catch (const std::runtime_error& e) {
+    throw std::runtime_error(part() + ": " + e.what());
   }
 }
 

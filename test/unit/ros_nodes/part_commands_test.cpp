@@ -113,5 +113,18 @@ TEST_F(PartCommandsTest, ResetForgetsWhatWasLearned) {
   expectPart(0, 0, 1);
 }
 
+TEST_F(PartCommandsTest, FilesOutsideMapDirAreNeitherWrittenNorRead) {
+  const std::string outside = folder_ / "outside.db";
+  EXPECT_THROW(run(Request::SAVE, outside), std::runtime_error);
+  EXPECT_FALSE(fs::exists(outside));
+  fs::copy_file(mapFile(true), outside);
+  for (const std::uint32_t command : {Request::CHECK, Request::LOAD}) {
+    EXPECT_THROW(run(command, outside), std::runtime_error);
+  }
+  expectPart(3, 4, 0);
+  run(Request::SAVE, inMapDir("inside.db"));
+  EXPECT_TRUE(fs::exists(inMapDir("inside.db")));
+}
+
 }  // namespace
 }  // namespace ratslam
