@@ -217,6 +217,19 @@ class Services(chain.ChainTest):
         for name in ("ratslam_lv", "ratslam_pc"):
             self.assertEqual(nodes[name].count("did not renew its hold within 10 s: processing continues"), 1, nodes[name].output())
 
+    def test_who_has_lost_messages_is_named_also_when_everything_is_forgotten(self):
+        nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv", sync_timeout=3.0)
+        self.drive(10)
+        self.kill({"ratslam_pc": nodes["ratslam_pc"]})
+        self.chain("ratslam_pc", map_dir=self.map_dir + "_other")
+        for service in ("Reset", "Pause"):
+            arguments = (SetBool, True) if service == "Pause" else (Trigger,)
+            answer = self.call(service, *arguments)
+            self.assertEqual(answer.success, service == "Pause", answer.message)  # by then everybody has forgotten the messages
+            if not answer.success:
+                self.assertRegex(answer.message, "^pose_cells: it has not received the message at .*; it was done by .*, but not at one message")
+        self.wait(lambda: self.experiences() == 0)
+
     def test_pause_and_localise_only_hold_for_a_node_that_starts_again(self):
         nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
         self.drive(20)
