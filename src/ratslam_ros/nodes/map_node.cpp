@@ -105,7 +105,7 @@ void MapNode::drain(Passing which) {
   reports_.report(stage_);
   if (which == Passing::kReached && !processed.empty()) silence_.messageArrived();
   publisher_.publish(stage_.map(), processed, odometry_frame_);
-  goals_.report(stage_.map(), publisher_);
+  goals_.report(stage_.map(), publisher_, !processed.empty());
 }
 
 void MapNode::watch() {
