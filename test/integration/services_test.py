@@ -230,6 +230,25 @@ class Services(chain.ChainTest):
                 self.assertRegex(answer.message, "^pose_cells: it has not received the message at .*; it was done by .*, but not at one message")
         self.wait(lambda: self.experiences() == 0)
 
+    def test_what_was_made_anew_before_a_restart_is_not_said_again(self):
+        nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
+        self.drive(LAP + 5)
+        em, anew = nodes["ratslam_em"], "an experience that this map does not"
+        self.kill({"ratslam_em": em})
+        for turn in "ab":
+            kept = os.path.join(self.map_dir, f"experience_map.{turn}.db")
+            if os.path.exists(kept):
+                os.remove(kept)
+        em = self.chain("ratslam_em")["ratslam_em"]
+        self.drive(20)
+        self.assertTrue(em.said(anew), em.output())
+        self.done("SaveMap", MapPath, "")
+        self.kill({"ratslam_em": em})
+        em = self.chain("ratslam_em")["ratslam_em"]
+        self.assertTrue(em.said("resumed from the checkpoint"), em.output())
+        self.drive(10, turned=True)
+        self.assertEqual(em.count(anew), 0, em.output())
+
     def test_pause_and_localise_only_hold_for_a_node_that_starts_again(self):
         nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
         self.drive(20)

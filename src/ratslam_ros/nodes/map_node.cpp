@@ -100,9 +100,8 @@ void MapNode::onDecision(const Message& message) {
 
 void MapNode::drain(Passing which) {
   publisher_.setOdometryFrame(params_.odomFrame(odometry_.frame()));
-  const std::vector<Stamp> processed = stage_.drain(which);
+  const std::vector<Stamp> processed = reports_.drain(stage_, which);
   for (const DecidedSample& decided : stage_.takeDecided()) odometry_frame_.follow(decided);
-  reports_.report(stage_);
   if (which == Passing::kReached && !processed.empty()) silence_.messageArrived();
   publisher_.publish(stage_.map(), processed, odometry_frame_);
   goals_.report(stage_.map(), publisher_, !processed.empty());
