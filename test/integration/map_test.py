@@ -174,6 +174,11 @@ class Map(harness.NodeTest):
         goals.publish(goal)
         self.assertTrue(harness.wait_until(lambda: paths and len(paths[-1].poses) > 1), self.node.output())
         self.assertAlmostEqual(paths[-1].poses[-1].pose.position.x, goal.pose.position.x, places=6)
+        # While no decision moves the robot, odometry alone does not publish the path again.
+        ways = len(paths)
+        for tick in range(1, 6):
+            odometry.publish(harness.odometry_message(harness.START_NS + (10 * len(STEPS) + tick) * 100000000))
+        self.assertFalse(harness.wait_until(lambda: len(paths) > ways, 1.0))
         goal.pose.position.x = 1e6
         goals.publish(goal)
         self.assertTrue(self.node.said("goal failed: "), self.node.output())

@@ -52,6 +52,9 @@ class Services(chain.ChainTest):
         self.assertIn(expected, answer.message)
         self.assertNotIn("\n", answer.message)
 
+    def command(self, part, **fields):
+        return rospy.ServiceProxy(f"{self.root}/{part}/Command", PartCommand)(PartCommandRequest(**fields))
+
     def experiences(self):
         return self.maps[-1].node_count if self.maps else 0
 
@@ -151,6 +154,8 @@ class Services(chain.ChainTest):
         def save():
             names.append(f"{len(names)}.db")
             answers.append(self.call("SaveMap", MapPath, names[-1]))
+            for part in ("LocalView", "PoseCell"):  # whether it can be loaded: that changes nothing either
+                answers.append(self.command(part, command=PartCommandRequest.CHECK, path=os.path.join(self.map_dir, names[-1])))
 
         end = []
         try:
@@ -159,8 +164,9 @@ class Services(chain.ChainTest):
             for each in end:
                 each()
         self.assertGreater(len(names), 2)
-        for name, answer in zip(names, answers):
+        for answer in answers:
             self.assertTrue(answer.success, answer.message)
+        for name in names:
             self.sound(name)
         self.done("WriteTrajectories", Trigger)
         run = harness.offline(bag, self.config, os.path.join(self.home, "run"), "--odometry", "topic")
@@ -206,11 +212,42 @@ class Services(chain.ChainTest):
         nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
         self.drive(10)
         for part in ("LocalView", "PoseCell"):
-            hold = PartCommandRequest(command=PartCommandRequest.HOLD, on=True)
-            self.assertTrue(rospy.ServiceProxy(f"{self.root}/{part}/Command", PartCommand)(hold).success)
+            self.assertTrue(self.command(part, command=PartCommandRequest.HOLD, on=True).success)
         self.drive(2)
         for name in ("ratslam_lv", "ratslam_pc"):
             self.assertEqual(nodes[name].count("did not renew its hold within 10 s: processing continues"), 1, nodes[name].output())
+
+    def test_who_has_lost_messages_is_named_also_when_everything_is_forgotten(self):
+        nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv", sync_timeout=3.0)
+        self.drive(10)
+        self.kill({"ratslam_pc": nodes["ratslam_pc"]})
+        self.chain("ratslam_pc", map_dir=self.map_dir + "_other")
+        for service in ("Reset", "Pause"):
+            arguments = (SetBool, True) if service == "Pause" else (Trigger,)
+            answer = self.call(service, *arguments)
+            self.assertEqual(answer.success, service == "Pause", answer.message)  # by then everybody has forgotten the messages
+            if not answer.success:
+                self.assertRegex(answer.message, "^pose_cells: it has not received the message at .*; it was done by .*, but not at one message")
+        self.wait(lambda: self.experiences() == 0)
+
+    def test_what_was_made_anew_before_a_restart_is_not_said_again(self):
+        nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")
+        self.drive(LAP + 5)
+        em, anew = nodes["ratslam_em"], "an experience that this map does not"
+        self.kill({"ratslam_em": em})
+        for turn in "ab":
+            kept = os.path.join(self.map_dir, f"experience_map.{turn}.db")
+            if os.path.exists(kept):
+                os.remove(kept)
+        em = self.chain("ratslam_em")["ratslam_em"]
+        self.drive(20)
+        self.assertTrue(em.said(anew), em.output())
+        self.done("SaveMap", MapPath, "")
+        self.kill({"ratslam_em": em})
+        em = self.chain("ratslam_em")["ratslam_em"]
+        self.assertTrue(em.said("resumed from the checkpoint"), em.output())
+        self.drive(10, turned=True)
+        self.assertEqual(em.count(anew), 0, em.output())
 
     def test_pause_and_localise_only_hold_for_a_node_that_starts_again(self):
         nodes = self.chain("ratslam_em", "ratslam_pc", "ratslam_lv")

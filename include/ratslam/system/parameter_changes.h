@@ -43,6 +43,10 @@ class TimedChanges {
   /// Of several changes that are due, the last one added holds.
   void add(Stamp after, const Params& params) { waiting_.emplace_back(after, params); }
 
+  /// The stamp after which a change made now holds: that of the last event. The stamp of one that waits does not do,
+  /// because that event may be dropped, and time may then go on far before it. @param passed  if there was no event
+  Stamp latest(Stamp passed) const { return last_.value_or(passed); }
+
   /// To be called before `part` processes an event of this stamp. Replaces the part by one with the new parameters
   /// and the same state.
   template <class Part>

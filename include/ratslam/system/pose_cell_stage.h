@@ -80,7 +80,7 @@ class PoseCellStage {
     changes_.add(after, params);
   }
   /// The stamp after which a change made now holds.
-  Stamp latestProcessed() const { return gate_.latestPassed(); }
+  Stamp latestProcessed() const { return changes_.latest(gate_.latestPassed()); }
 
   void save(State& state) const;
   /// @throws std::runtime_error naming what is missing or does not fit the parameters

@@ -27,6 +27,12 @@ class CountedWarning {
     ROS_WARN("%s (%zu so far)", text.c_str(), count_);
   }
 
+  /// The same for a counter of another object, which went from `before` to `now`. A loaded state may set that counter to
+  /// anything, so that only the difference over a call tells what has happened in it.
+  void reportIncrease(const std::string& text, std::size_t before, std::size_t now) {
+    if (now > before) report(text, count_ + now - before);
+  }
+
   std::size_t count() const { return count_; }
 
  private:

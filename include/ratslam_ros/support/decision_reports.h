@@ -9,9 +9,9 @@ namespace ratslam {
 
 class DecisionReports {
  public:
-  /// To be called after every drain. Reports refused decisions, experiences that had to be created again, and geometry
-  /// that was forgotten because no decision came.
-  void report(MapStage& stage);
+  /// Drains the stage. Reports refused decisions, experiences that had to be created again, and geometry that was
+  /// forgotten because no decision came. @return stamps of the processed decisions
+  std::vector<Stamp> drain(MapStage& stage, Passing which);
   void timeWentBack();
 
   /// Size of the map, and numbers of decisions that wait and that were refused.

@@ -19,8 +19,9 @@ class GoalReporter {
   /// To be called when another map has been loaded, which has no goal.
   void forget() { status_ = GoalStatus::kNone; }
 
-  /// Reports changes of the goal since the last call, and publishes the path while a goal is active.
-  void report(const ExperienceMap& map, MapPublisher& publisher);
+  /// Reports changes of the goal since the last call, and publishes the path to a new or active goal.
+  /// @param moved  whether the map has processed a decision since the last call; if not, the path is the same
+  void report(const ExperienceMap& map, MapPublisher& publisher, bool moved);
 
  private:
   GoalStatus status_ = GoalStatus::kNone;

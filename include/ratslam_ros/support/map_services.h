@@ -62,8 +62,9 @@ class MapServices {
   std::string writeTrajectories(const std::string& file);
   std::string saveMap(const std::string& path);
   std::string loadMap(const std::string& path);
-  /// Sends commands to every part while all are held. @return the names of their services
-  std::string toAll(const std::vector<Request>& requests);
+  /// Sends commands to every part while all are held, and calls `then` once all have done them. @return the names of
+  /// their services   @throws std::runtime_error if a part has not done them, or was not held all the time
+  std::string toAll(const std::vector<Request>& requests, const std::function<void()>& then = nullptr);
   void toOwn(const Request& request);
   /// Sets a parameter for parts that start later.
   void remember(const char* asked, bool on);

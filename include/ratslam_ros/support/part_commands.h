@@ -30,7 +30,9 @@ struct StreamPoint {
 /// The functions of the part.
 struct PartActions {
   std::function<void(State&)> save;
-  std::function<void(const State&)> load;  ///< continues in the loaded state; the path begins unconnected
+  std::function<void(const State&)> load;  ///< takes the state; one that does not fit may leave a mixture
+  /// Called when a part goes on in a state loaded by a command: the path begins unconnected.
+  std::function<void()> begin;
   std::function<void(bool)> setLearning;
   std::function<void()> hold;  ///< called when a hold begins; empty: nothing is to be done
   /// Called when a hold ends: processes what has arrived meanwhile. Empty if the part is never held.
@@ -44,8 +46,10 @@ class PartCommands {
 
   PartCommands(NodeCheckpoints& checkpoints, PartActions actions);
 
-  /// Stores the part's present state as the state after a reset, and reads the last requests of Pause and LocaliseOnly,
-  /// so that a restarted part is paused if the others are.
+  /// Stores the part's present state as the state after a reset. Until then all commands are refused.
+  void setEmpty();
+  /// Does that, and reads the last requests of Pause and LocaliseOnly, so that a restarted part is paused if the others
+  /// are.
   void start(const ros::NodeHandle& handle, const NodeParams& params);
   /// To be called once the checkpoint is loaded. From here on the part learns, unless LocaliseOnly forbids it.
   void resumed();
@@ -72,7 +76,10 @@ class PartCommands {
   std::string missing(const StreamPoint& last) const;
 
  private:
-  void setEmpty();
+  /// @return the path  @throws std::runtime_error unless it is inside the part's map_dir
+  std::string inFolder(const std::string& path) const;
+  /// Gives the part another state; if that does not fit, the part keeps its own one. @return its own one
+  State exchange(const State& state);
   void setLearning(bool on);
   void hold(const Request& request, Response& response);
   void goOn();

@@ -66,8 +66,8 @@ PartActions LocalViewNode::actions() {
     stage_.save(state);
     images_.subscriber().save(state.child("images"));
   };
-  actions.load = [this](const State& state) {
-    stage_.load(state);
+  actions.load = [this](const State& state) { stage_.load(state); };
+  actions.begin = [this] {
     stage_.interrupt();
     session_ = {0, static_cast<std::uint32_t>(stage_.cells().size())};
   };

@@ -100,12 +100,11 @@ void MapNode::onDecision(const Message& message) {
 
 void MapNode::drain(Passing which) {
   publisher_.setOdometryFrame(params_.odomFrame(odometry_.frame()));
-  const std::vector<Stamp> processed = stage_.drain(which);
+  const std::vector<Stamp> processed = reports_.drain(stage_, which);
   for (const DecidedSample& decided : stage_.takeDecided()) odometry_frame_.follow(decided);
-  reports_.report(stage_);
   if (which == Passing::kReached && !processed.empty()) silence_.messageArrived();
   publisher_.publish(stage_.map(), processed, odometry_frame_);
-  goals_.report(stage_.map(), publisher_);
+  goals_.report(stage_.map(), publisher_, !processed.empty());
 }
 
 void MapNode::watch() {
@@ -136,9 +135,11 @@ PartActions MapNode::actions() {
   };
   actions.load = [this](const State& state) {
     stage_.load(state);
+    changes_.load(state);
+  };
+  actions.begin = [this] {
     stage_.interrupt();
     pose_cells_.start(stage_.session());
-    changes_.load(state);
     goals_.forget();
     publisher_.replaceMap(stage_.map());
   };

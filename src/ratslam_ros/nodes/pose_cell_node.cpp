@@ -55,8 +55,8 @@ PoseCellNode::PoseCellNode(ros::NodeHandle handle, const ParameterMap& parameter
 PartActions PoseCellNode::actions() {
   PartActions actions;
   actions.save = [this](State& state) { stage_.save(state); };
-  actions.load = [this](const State& state) {
-    stage_.load(state);
+  actions.load = [this](const State& state) { stage_.load(state); };
+  actions.begin = [this] {
     stage_.interrupt();
     local_view_.start(stage_.viewSession());
     session_ = {0, static_cast<std::uint32_t>(stage_.cells().experiences())};
@@ -97,7 +97,10 @@ void PoseCellNode::onView(const ratslam_ros::ViewTemplate& message) {
 
 bool PoseCellNode::drain(Passing which) {
   if (commands_.held()) return false;
+  const std::uint64_t reseeds = stage_.cells().reseeds();
   const std::vector<PoseCellDecision> decisions = stage_.drain(which);
+  died_out_.reportIncrease("all activity of the pose cells died: they start again at the last best estimate",
+                           reseeds, stage_.cells().reseeds());
   publish(decisions);
   return !decisions.empty();
 }
@@ -155,9 +158,6 @@ void PoseCellNode::publish(const std::vector<PoseCellDecision>& decisions) {
     if (changes_map) action_publisher_.publish(action);
     commands_.said({session_.id, decision.action.stamp}, changes_map);
     trail_.add(decision.estimate);
-  }
-  while (died_out_.count() < stage_.cells().reseeds()) {
-    died_out_.report("all activity of the pose cells died: they start again at the last best estimate");
   }
   if (decisions.empty()) return;
   std_msgs::Header header;

@@ -2,18 +2,20 @@
 
 namespace ratslam {
 
-void DecisionReports::report(MapStage& stage) {
+std::vector<Stamp> DecisionReports::drain(MapStage& stage, Passing which) {
+  const std::size_t recreated = stage.recreated();
+  const std::vector<Stamp> processed = stage.drain(which);
   for (const std::string& why : stage.takeRefusals()) {
     refused_.report("decision of the pose cells dropped: " + why);
   }
-  while (recreated_.count() < stage.recreated()) {
-    recreated_.report("the pose cells know an experience that this map does not: it is made anew");
-  }
+  recreated_.reportIncrease("the pose cells know an experience that this map does not: it is made anew",
+                            recreated, stage.recreated());
   if (forgotten_.count() < stage.forgottenGeometry()) {
     forgotten_.report(
         "recall geometry forgotten, no decision of the pose cells has asked for it: they are silent",
         stage.forgottenGeometry());
   }
+  return processed;
 }
 
 void DecisionReports::timeWentBack() {

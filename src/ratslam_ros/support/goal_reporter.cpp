@@ -20,13 +20,13 @@ void GoalReporter::take(const geometry_msgs::PoseStamped& goal, const std::strin
   }
   status_ = GoalStatus::kNone;
   map.setGoal(goal.pose.position.x, goal.pose.position.y);
-  report(map, publisher);
+  report(map, publisher, false);
 }
 
-void GoalReporter::report(const ExperienceMap& map, MapPublisher& publisher) {
+void GoalReporter::report(const ExperienceMap& map, MapPublisher& publisher, bool moved) {
   const Goal& goal = map.goal();
-  if (goal.status == GoalStatus::kNone || (goal.status == status_ && goal.status != GoalStatus::kActive))
-    return;
+  const bool on_the_way = moved && goal.status == GoalStatus::kActive;
+  if (goal.status == GoalStatus::kNone || (goal.status == status_ && !on_the_way)) return;
   if (goal.status != status_) {
     if (goal.status == GoalStatus::kFailed) ROS_ERROR("goal failed: %s", goal.message.c_str());
     if (goal.status == GoalStatus::kReached) ROS_INFO("goal reached");

@@ -155,18 +155,19 @@ void MapServices::advertiseAll() {
     return "everything forgotten by " + toAll({command(Request::RESET)});
   });
   advertise<std_srvs::SetBool>("Pause", [this](std_srvs::SetBool::Request& request) {
-    const std::string parts = toAll({command(Request::PAUSE, "", request.data != 0)});
-    remember(kAskedPause, request.data != 0);
-    return (request.data != 0 ? "paused: " : "goes on: ") + parts;
+    const bool on = request.data != 0;
+    const std::string parts =
+        toAll({command(Request::PAUSE, "", on)}, [this, on] { remember(kAskedPause, on); });
+    return (on ? "paused: " : "goes on: ") + parts;
   });
   advertise<std_srvs::SetBool>("LocaliseOnly", [this](std_srvs::SetBool::Request& request) {
+    const bool on = request.data != 0;
     std::vector<Request> requests;
     // What is not kept would be discarded. All parts keep it before the first one switches, or none switches.
-    if (request.data != 0) requests.push_back(command(Request::KEEP));
-    requests.push_back(command(Request::LEARN, "", request.data == 0));
-    const std::string parts = toAll(requests);
-    remember(kAskedLocaliseOnly, request.data != 0);
-    return (request.data != 0 ? "nothing is learned by " : "learning: ") + parts;
+    if (on) requests.push_back(command(Request::KEEP));
+    requests.push_back(command(Request::LEARN, "", !on));
+    const std::string parts = toAll(requests, [this, on] { remember(kAskedLocaliseOnly, on); });
+    return (on ? "nothing is learned by " : "learning: ") + parts;
   });
   advertise<std_srvs::Trigger>("WriteTrajectories", [this](std_srvs::Trigger::Request&) {
     if (params_.trajectory_file.empty()) throw std::runtime_error("the parameter trajectory_file is not set");
@@ -230,14 +231,18 @@ std::string MapServices::loadMap(const std::string& path) {
          "; a new stretch begins in it";
 }
 
-std::string MapServices::toAll(const std::vector<Request>& requests) {
-  const Standstill still(others_, behind(false));
+std::string MapServices::toAll(const std::vector<Request>& requests, const std::function<void()>& then) {
+  Standstill still(others_, behind(false));
   std::string parts;
   for (const Request& request : requests) {
     parts = others_.toAll(request);
     toOwn(request);
   }
-  return parts + own_.part();
+  parts += own_.part();
+  if (then) then();
+  if (const std::string why = still.end(); !why.empty())
+    throw std::runtime_error(why + "; it was done by " + parts + ", but not at one message: ask again");
+  return parts;
 }
 
 void MapServices::remember(const char* asked, bool on) {

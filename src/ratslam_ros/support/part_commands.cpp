@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "ratslam_ros/support/conversions.h"
+#include "ratslam_ros/support/inside_folder.h"
 
 namespace ratslam {
 namespace {
@@ -49,19 +50,21 @@ void PartCommands::run(const Request& request) {
       files.saveNow(actions_.save);
       break;
     case Request::SAVE:
-      files.saveTo(request.path, actions_.save);
+      files.saveTo(inFolder(request.path), actions_.save);
       break;
     case Request::CHECK:
-      files.loadFrom(request.path);
+      actions_.load(exchange(files.loadFrom(inFolder(request.path))));
       break;
     case Request::LOAD:
-      actions_.load(files.loadFrom(request.path));
+      exchange(files.loadFrom(inFolder(request.path)));
+      actions_.begin();
       files.continueFrom(request.path);
       forgetStream();
       ROS_INFO("%s: loaded from %s", part().c_str(), request.path.c_str());
       break;
     case Request::RESET:
       actions_.load(*empty_);
+      actions_.begin();
       files.continueFrom("");
       forgetStream();
       ROS_INFO("%s: everything forgotten", part().c_str());
@@ -81,6 +84,28 @@ void PartCommands::run(const Request& request) {
     default:
       throw std::invalid_argument("command " + std::to_string(request.command) + " is unknown");
   }
+}
+
+std::string PartCommands::inFolder(const std::string& path) const {
+  const PartCheckpoints& files = checkpoints_.files();
+  try {
+    if (!files.enabled()) throw std::runtime_error(*files.whyNothingIsSaved());
+    return pathInside(path, {files.settings().folder}, "");
+  } catch (const std::runtime_error& e) {
+    throw std::runtime_error(part() + ": " + e.what());
+  }
+}
+
+State PartCommands::exchange(const State& state) {
+  State own;
+  actions_.save(own);
+  try {
+    actions_.load(state);
+  } catch (...) {
+    actions_.load(own);
+    throw;
+  }
+  return own;
 }
 
 void PartCommands::setLearning(bool on) {

@@ -33,5 +33,23 @@ TEST(PoseCellStage, AViewThatCannotBeUsedTakesNoDecisionWithIt) {
   EXPECT_EQ(decisions[1].view.id, 3U);
 }
 
+// A view that waits may be dropped, so its stamp is none that a change can wait for.
+TEST(PoseCellStage, AChangeHoldsAfterTheLastViewThatWasProcessed) {
+  PoseCellStage stage{PoseCellParams{}};
+  for (const int index : {1, 2, 900}) {
+    ViewEvent event;
+    event.stamp = index * kSecond;
+    stage.addView(event);
+  }
+  for (int index = 0; index < 4; ++index) {
+    OdometrySample sample;
+    sample.stamp = index * kSecond;
+    stage.addOdometry(sample);
+  }
+  ASSERT_EQ(stage.drain().size(), 2U);
+  ASSERT_EQ(stage.waitingViews(), 1U);
+  EXPECT_EQ(stage.latestProcessed(), 2 * kSecond);
+}
+
 }  // namespace
 }  // namespace ratslam
