@@ -218,6 +218,19 @@ class Streams(harness.NodeTest):
         self.assertTrue(harness.wait_until(lambda: len(states) >= 3), node.output())
         self.assertTrue(node.said(self.root + "/odom is silent"), node.output())
 
+    def test_a_camera_that_stops_is_named_once(self):
+        node = self.start("ratslam_pc", sync_timeout=0.5)
+        odometry = self.publisher("odom", Odometry)
+        views = self.publisher("LocalView/Template", ViewTemplate)
+        for index in range(40):
+            odometry.publish(harness.odometry_message(harness.frame_stamp(index)))
+            if index < 20:
+                views.publish(harness.view_message(index))
+            time.sleep(0.1)
+        self.assertTrue(node.said(self.root + "/LocalView/Template is silent while odometry goes on"), node.output())
+        self.assertEqual(node.count("is silent while"), 1, node.output())
+        self.assertEqual(node.count("is stamped"), 0, node.output())
+
     def test_clocks_that_disagree_are_named_with_the_difference(self):
         node = self.start("ratslam_pc")
         odometry = self.publisher("odom", Odometry)

@@ -60,6 +60,7 @@ class PoseCellNode {
   StageTuning<PoseCellStage, PoseCellParams> tuning_;
   RateMeter view_rate_, odometry_rate_;
   std::size_t views_ = 0, samples_ = 0;
+  bool went_alone_ = false;  ///< odometry goes on without views
   CountedWarning went_on_without_;
   CountedWarning time_went_back_;
   CountedWarning late_;

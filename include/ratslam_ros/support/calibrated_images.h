@@ -26,7 +26,7 @@ class CalibratedImages {
                    ImageSubscriber::Handler on_image);
 
   void start();
-  const std::string& topic() { return images_.watch().topic(); }
+  const std::string& topic() { return images_.topic(); }
   const ImageSubscriber& subscriber() const { return images_; }
   ImageSubscriber& subscriber() { return images_; }
 

@@ -21,10 +21,14 @@ class CountedWarning {
   void report(const std::string& text, std::size_t count) {
     const bool first = count_ == 0;
     count_ = count;
-    const ros::WallTime now = ros::WallTime::now();
-    if (!first && now - printed_ < period_) return;
-    printed_ = now;
-    ROS_WARN("%s (%zu so far)", text.c_str(), count_);
+    text_ = text;
+    if (first || ros::WallTime::now() - printed_ >= period_) print();
+  }
+
+  /// Prints what came since the last line, once the period is over. To be called a few times a second where the last count
+  /// matters.
+  void remind() {
+    if (count_ > told_ && ros::WallTime::now() - printed_ >= period_) print();
   }
 
   /// The same for a counter of another object, which went from `before` to `now`. A loaded state may set that counter to
@@ -36,9 +40,17 @@ class CountedWarning {
   std::size_t count() const { return count_; }
 
  private:
+  void print() {
+    printed_ = ros::WallTime::now();
+    told_ = count_;
+    ROS_WARN("%s (%zu so far)", text_.c_str(), count_);
+  }
+
   ros::WallDuration period_;
   ros::WallTime printed_;
+  std::string text_;
   std::size_t count_ = 0;
+  std::size_t told_ = 0;  ///< the count in the last line
 };
 
 }  // namespace ratslam

@@ -41,7 +41,12 @@ class ImageSubscriber {
                   const std::string& topic, Handler handler);
 
   void start();
-  StreamWatch& watch() { return watch_; }
+  const std::string& topic() { return watch_.topic(); }
+  /// To be called a few times a second.
+  void watchStream() {
+    watch_.warnIfItNeverCame();
+    dropped_.remind();
+  }
 
   /// Until release() the images wait, still encoded. `on_arrival` receives each of them.
   void hold(std::function<void(const RecordedImage&)> on_arrival) {

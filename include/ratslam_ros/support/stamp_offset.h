@@ -18,8 +18,11 @@ class StampOffset {
   void first(Stamp stamp) { first_ = {stamp, ros::WallTime::now()}; }
   void second(Stamp stamp) { second_ = {stamp, ros::WallTime::now()}; }
 
-  /// Lead of the second stream's newest stamp over the first's [s]; none if one of them is silent.
+  /// Lead of the second stream's newest stamp over the first's, less the time between their arrivals [s]; none if one of
+  /// them is silent.
   std::optional<double> seconds() const;
+  /// Time for which the second stream has gone on without the first [s]; none before both have spoken.
+  std::optional<double> secondAlone() const;
 
   /// A warning about a lasting difference of more than a second; none if there is none or it has been reported. To be
   /// called a few times a second. A lag by lack of computing time varies, a difference of clocks does not.

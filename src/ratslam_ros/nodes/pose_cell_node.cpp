@@ -116,6 +116,12 @@ void PoseCellNode::watch() {
   if (const auto complaint = offset_.complaint(views_watch_.topic(), odometry_.topic())) {
     ROS_ERROR("%s", complaint->c_str());
   }
+  const bool alone = offset_.secondAlone().value_or(0.0) > params_.sync_timeout;
+  if (alone && !went_alone_) {
+    ROS_WARN("%s is silent while odometry goes on: pose in the map and trajectories wait for images",
+             views_watch_.topic().c_str());
+  }
+  went_alone_ = alone;
   if (commands_.held() || !odometry_timeout_.expired(stage_.waitingViews() > 0)) return;
   const std::optional<double> lag = stage_.lag();
   const std::string offset =

@@ -21,7 +21,7 @@ ProfileOdometryNode::ProfileOdometryNode(ros::NodeHandle handle, const Parameter
                 [this] { images_.start(); });
   diagnostics_.addImages(images_);
   watch_timer_ = handle.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
-    images_.watch().warnIfItNeverCame();
+    images_.watchStream();
     diagnostics_.publish();
   });
 }

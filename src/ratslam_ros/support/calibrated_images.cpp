@@ -127,7 +127,7 @@ void CalibratedImages::sayUnusable(const std::string& why) {
 }
 
 void CalibratedImages::warnIfSomethingNeverCame() {
-  images_.watch().warnIfItNeverCame();
+  images_.watchStream();
   if (failed_ || ready_ || !images_.somethingWaits()) return;
   camera_info_watch_.warnIfItNeverCame();
   if (!camera_info_watch_.came()) {

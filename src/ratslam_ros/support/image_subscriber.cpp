@@ -66,6 +66,7 @@ void ImageSubscriber::push(const Waiting& waiting) {
   traffic_.dropped += dropped;
   if (const auto on_arrival = on_arrival_) on_arrival(waiting.image);  // which may end the hold
   if (dropped == 0) return;
+  if (on_arrival_) return dropped_.report(topic_ + ": images dropped while they wait", traffic_.dropped);
   char text[160];
   std::snprintf(text, sizeof(text),
                 ": images dropped, they come faster than they are processed; results are %.2f s behind",

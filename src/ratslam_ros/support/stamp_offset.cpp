@@ -18,7 +18,12 @@ std::optional<double> StampOffset::seconds() const {
   if (!first_ || !second_) return std::nullopt;
   const ros::WallTime now = ros::WallTime::now();
   if (now - first_->at > kSilence || now - second_->at > kSilence) return std::nullopt;
-  return secondsBetween(first_->stamp, second_->stamp);
+  return secondsBetween(first_->stamp, second_->stamp) - (second_->at - first_->at).toSec();
+}
+
+std::optional<double> StampOffset::secondAlone() const {
+  if (!first_ || !second_) return std::nullopt;
+  return std::max(0.0, (second_->at - first_->at).toSec());
 }
 
 std::optional<std::string> StampOffset::complaint(const std::string& first_name,
