@@ -99,9 +99,6 @@ void Pipeline::observe(const ImageFrame& frame, Progress& progress) {
 Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
   Progress progress;
   progress.odometry = feedOdometry(sample);
-  for (const OdometrySample& taken : progress.odometry) {
-    for (std::string& doubt : doubts_.add(taken)) odometry_doubts_.push_back(std::move(doubt));
-  }
   drain(progress);
   return progress;
 }
@@ -141,6 +138,9 @@ bool Pipeline::isTaken(const OdometrySample& sample, SampleVerdict verdict) {
   if (!dropped && sample.covariance) {
     const std::string absurdity = whyAbsurd(*sample.covariance);
     if (!absurdity.empty() && ++absurd_covariances_ == 1) first_absurdity_ = absurdity;
+  }
+  if (!dropped && !odometry_) {
+    for (std::string& doubt : doubts_.add(sample)) odometry_doubts_.push_back(std::move(doubt));
   }
   return !dropped;
 }
