@@ -306,6 +306,9 @@ void OfflineRun::sayWhatWasLeft() const {
     say("all activity of the pose cells died " + std::to_string(starts) +
         " times; each time they started again at the last best estimate");
   }
+  if (const auto refused = pipeline_->refusedDecisions(); refused > 0) {
+    say(std::to_string(refused) + " decisions cannot be mapped, the first: " + pipeline_->firstRefusal());
+  }
   sayWhatOdometryLacks();
   if (cells_ && cells_->leftOut() > 0) {
     say("pose_cells.npz: full with " + std::to_string(cells_->size()) +

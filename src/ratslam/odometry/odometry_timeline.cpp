@@ -219,6 +219,10 @@ std::vector<TimedStep> OdometryTimeline::lookAhead(Stamp stamp) const {
   return steps;
 }
 
-void OdometryTimeline::reset() { *this = OdometryTimeline(use_pose_, params_); }
+void OdometryTimeline::reset() {
+  const std::uint64_t unmeasured = unmeasured_;
+  *this = OdometryTimeline(use_pose_, params_);
+  unmeasured_ = unmeasured;
+}
 
 }  // namespace ratslam
