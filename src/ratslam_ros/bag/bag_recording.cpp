@@ -200,12 +200,7 @@ void BagRecording::hear(const rosbag::MessageInstance& instance) {
 }
 
 std::optional<CameraModel> BagRecording::camera() const {
-  std::string beside = topics_.images;
-  const std::string compressed = "/compressed";
-  if (beside.size() > compressed.size() &&
-      beside.compare(beside.size() - compressed.size(), compressed.size(), compressed) == 0) {
-    beside.erase(beside.size() - compressed.size());
-  }
+  std::string beside = withoutCompressed(topics_.images);
   beside.erase(beside.find_last_of('/') + 1);
   const std::string topic = beside + "camera_info";
   requireDefinition<sensor_msgs::CameraInfo>(bag_, path_, topic);
