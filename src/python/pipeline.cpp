@@ -58,7 +58,10 @@ struct System {
   }
 };
 
-py::dict dictionaryOf(const Pipeline::Progress& progress, const std::string& told) {
+py::dict dictionaryOf(const Pipeline::Progress& progress, std::string told) {
+  for (const std::string& why : progress.map_refusals) {
+    told += (told.empty() ? "" : "; ") + ("the map cannot process a decision: " + why);
+  }
   py::list actions;
   py::list estimates;
   for (const PoseCellDecision& decision : progress.decisions) {
@@ -123,7 +126,7 @@ bit.)")
       .def("add_image", &addImage, py::arg("stamp"), py::arg("image"),
            "An image: (rows, columns) grey or (rows, columns, 3) BGR. Returns a dict: views, actions, "
            "estimates (lists), mapped (stamps [ns] of the actions that the map has processed), told (report "
-           "of the image stage, '' if there is none).")
+           "of the image stage and of decisions that the map cannot process, '' if there is none).")
       .def("add_odometry", &addOdometry, py::arg("stamp"), py::arg("speed"), py::arg("yaw_rate"),
            "Motion since the sample before: speed [m/s] forward, yaw_rate [rad/s] counter-clockwise. Returns "
            "a dict as add_image does. A sample that cannot be used is dropped; told is then the reason.")

@@ -8,9 +8,7 @@
 #include <sstream>
 
 #include "configuration.h"
-#include "output_paths.h"
 #include "ratslam/camera/calibration_file.h"
-#include "ratslam/common/paths.h"
 #include "ratslam/common/progress_bar.h"
 #include "ratslam/common/stop_signal.h"
 #include "ratslam/dataset/odometry_file.h"
@@ -24,8 +22,6 @@
 
 namespace ratslam {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::size_t kSnapshots = 6;  // number of snapshots of the pose cells if no times are given
 
@@ -96,32 +92,6 @@ SnapshotMoments chooseMoments(const RunOptions& options, std::size_t frames) {
                                        : SnapshotMoments::fromTimes(options.pose_cells_at);
 }
 
-/// Checks that the output files, which replace old files, do not include any input of the run.
-void requireOutputsApart(const RunOptions& options) {
-  if (sameFile(options.input, options.out)) {
-    throwBadValue("--out", options.out, "it must be another folder than the recording's own");
-  }
-  const std::vector<OptionPath> read = {{"INPUT", options.input},
-                                        {"--config", options.config},
-                                        {"--odometry", options.odometry},
-                                        {"--calibration", options.calibration},
-                                        {"--changes", options.changes}};
-  const OptionPath loaded = {"--load-map", options.load_map};
-  const OptionPath saved = {"--save-map", options.save_map};
-  const OptionPath video = {"--video", options.video};
-  requireApart(read, {saved, video});  // a map may be saved where it was loaded
-  requireApart({loaded}, {video});
-  for (const OptionPath& file : {read[1], read[2], read[3], read[4], loaded, saved, video}) {
-    std::error_code error;  // what is missing is no conflict
-    const fs::path path = fs::weakly_canonical(fs::absolute(file.path, error), error);
-    const bool part = path.extension() == ".part";
-    if (!file.path.empty() && sameFile(path.parent_path(), options.out) &&
-        RunLog::writes((part ? path.stem() : path.filename()).string())) {
-      throwBadValue("--out", options.out, "its own files would take the place of " + file.path);
-    }
-  }
-}
-
 }  // namespace
 
 OfflineRun::OfflineRun(const RunOptions& options)
@@ -172,15 +142,17 @@ void OfflineRun::loadMap(const OdometryKind& kind) {
   requireAllParts(options_.load_map, map.state);
   requireParameters(options_.load_map, map, map_parameters_);
   const std::optional<Stamp> next = stampOfNextImage(*openWithOdometry(options_, params_, kind));
-  const double gap = next ? secondsBetween(map.stamp, *next) : 0.0;
   const bool has_run = map.state.hasChild("run");  // a pruned map has none
-  const bool go_on = has_run && gap > 0.0 && gap <= params_.images.time_reset;
+  ImageStage saved_images(params_.images, nullptr);
+  if (has_run) saved_images.load(map.state.child("run").child("images"));
+  const bool go_on = next && saved_images.isContinuedBy(*next);
   try {
     pipeline_->load(map.state, go_on);
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(options_.load_map + ": " + error.what());
   }
   sessions_ = map.sessions;
+  last_stamp_ = map.stamp;
   if (has_run) log_->load(map.state.child("run").child("log"));
   if (go_on) {
     const State& run = map.state.child("run");
@@ -283,10 +255,10 @@ bool OfflineRun::run() {
 }
 
 void OfflineRun::addImage(const DecodedImage& image) {
-  last_stamp_ = image.stamp;
-  if (!first_stamp_) first_stamp_ = image.stamp;
   const std::optional<ImageFrame> frame = images_.add(image);
   if (!frame) return;
+  last_stamp_ = frame->stamp;
+  if (!first_stamp_) first_stamp_ = frame->stamp;
   follow(pipeline_->expectImage(frame->stamp));
   const Pipeline::Progress progress = pipeline_->addImage(*frame);
   for (const std::string& why : progress.refusals) images_.refused(image.name, why);
@@ -333,6 +305,9 @@ void OfflineRun::sayWhatWasLeft() const {
   if (const auto starts = pipeline_->poseCells().cells().reseeds(); starts > 0) {
     say("all activity of the pose cells died " + std::to_string(starts) +
         " times; each time they started again at the last best estimate");
+  }
+  if (const auto refused = pipeline_->refusedDecisions(); refused > 0) {
+    say(std::to_string(refused) + " decisions cannot be mapped, the first: " + pipeline_->firstRefusal());
   }
   sayWhatOdometryLacks();
   if (cells_ && cells_->leftOut() > 0) {

@@ -57,10 +57,10 @@ class OfflineRun {
   std::vector<MapSession> sessions_;  ///< before this run
   std::unique_ptr<MapLock> map_lock_;
   std::unique_ptr<MapWriter> map_writer_;
-  bool map_is_new_ = false;  ///< the file did not exist before
-  std::optional<Stamp> first_stamp_;
-  std::optional<Stamp> last_stamp_;
-  std::size_t taken_ = 0;  ///< number of images of this run
+  bool map_is_new_ = false;           ///< the file did not exist before
+  std::optional<Stamp> first_stamp_;  ///< of the images that this run has used
+  std::optional<Stamp> last_stamp_;   ///< of the images used so far; first that of the loaded map
+  std::size_t taken_ = 0;             ///< number of images of this run
   std::array<bool, kImageEvents> said_{};
   ImageStage images_;
   OdometrySpan span_;

@@ -1,16 +1,20 @@
 #include "run_options.h"
 
 #include <boost/program_options.hpp>
+#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 
 #include "option_style.h"
+#include "output_paths.h"
 #include "ratslam/common/paths.h"
 #include "ratslam/odometry/registry.h"
+#include "ratslam/system/run_log.h"
 
 namespace ratslam {
 namespace {
 
+namespace fs = std::filesystem;
 namespace po = boost::program_options;
 
 constexpr int kMostDecodeThreads = 64;
@@ -153,6 +157,31 @@ std::optional<RunOptions> parseRunOptions(int argc, char** argv) {
                   "it must lie within [1, " + std::to_string(kMostDecodeThreads) + "]");
   }
   return options;
+}
+
+void requireOutputsApart(const RunOptions& options) {
+  if (sameFile(options.input, options.out)) {
+    throwBadValue("--out", options.out, "it must be another folder than the recording's own");
+  }
+  const std::vector<OptionPath> read = {{"INPUT", options.input},
+                                        {"--config", options.config},
+                                        {"--odometry", options.odometry},
+                                        {"--calibration", options.calibration},
+                                        {"--changes", options.changes}};
+  const OptionPath loaded = {"--load-map", options.load_map};
+  const OptionPath saved = {"--save-map", options.save_map};
+  const OptionPath video = {"--video", options.video};
+  requireApart(read, {saved, video});  // a map may be saved where it was loaded
+  requireApart({loaded}, {video});
+  for (const OptionPath& file : {read[1], read[2], read[3], read[4], loaded, saved, video}) {
+    std::error_code error;  // what is missing is no conflict
+    const fs::path path = fs::weakly_canonical(fs::absolute(file.path, error), error);
+    const bool part = path.extension() == ".part";
+    if (!file.path.empty() && sameFile(path.parent_path(), options.out) &&
+        RunLog::writes((part ? path.stem() : path.filename()).string())) {
+      throwBadValue("--out", options.out, "its own files would take the place of " + file.path);
+    }
+  }
 }
 
 }  // namespace ratslam

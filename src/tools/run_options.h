@@ -35,4 +35,8 @@ struct RunOptions {
 /// @throws std::exception saying what is wrong
 std::optional<RunOptions> parseRunOptions(int argc, char** argv);
 
+/// Checks that the output files, which replace old files, do not include any input of the run.
+/// @throws std::invalid_argument naming both
+void requireOutputsApart(const RunOptions& options);
+
 }  // namespace ratslam

@@ -89,6 +89,25 @@ def test_a_run_in_parts_leaves_what_one_run_leaves(programs, drive, whole, tmp_p
             assert filecmp.cmp(out / name, whole / "run" / name, shallow=False), name
 
 
+@pytest.mark.parametrize("wrong", ["0", "100"], ids=["none", "ahead"])
+def test_a_wrong_stamp_at_the_end_of_a_part_does_not_cut_the_drive(programs, drive, tmp_path, wrong):
+    town = tmp_path / "town"
+    shutil.copytree(drive[0], town)
+    times = (town / "times.txt").read_text().split()
+    times[36] = wrong
+    (town / "times.txt").write_text("".join(time + "\n" for time in times))
+    words = [town, *drive[1:]]
+    succeed(programs[0], *words, "--max-frames", 60, "--out", tmp_path / "whole")
+    saved = ("--save-map", tmp_path / "map.db")
+    succeed(programs[0], *words, "--max-frames", 37, *saved, "--out", tmp_path / "first")
+    onward = ("--from-frame", 37, "--max-frames", 23, "--load-map", tmp_path / "map.db")
+    done = succeed(programs[0], *words, *onward, *saved, "--out", tmp_path / "run")
+    assert "a new stretch begins" not in done.stderr, done.stderr
+    assert without_timing(tmp_path / "run" / "summary.json") == without_timing(tmp_path / "whole" / "summary.json")
+    for name in ("trajectory_final.tum", "odometry.csv", "templates.csv"):
+        assert filecmp.cmp(tmp_path / "run" / name, tmp_path / "whole" / name, shallow=False), name
+
+
 def test_another_drive_goes_on_in_the_same_map(programs, drive, whole, tmp_path):
     before = sqlite3.connect(str(whole / "map.db")).execute("SELECT count(*) FROM template").fetchone()[0]
     done = succeed(

@@ -76,10 +76,10 @@ class OdometryTimeline {
   Stamp cursor() const { return cursor_; }
   std::optional<Stamp> lastStamp() const { return last_ ? std::optional<Stamp>(last_->stamp) : std::nullopt; }
 
-  /// Number of unmeasured stretches so far.
+  /// Number of unmeasured stretches so far, before any reset() too.
   std::uint64_t unmeasured() const { return unmeasured_; }
 
-  /// Forgets everything; the next sample sets the clock anew.
+  /// Forgets everything else; the next sample sets the clock anew.
   void reset();
 
   /// For common/state.h.

@@ -13,6 +13,9 @@ namespace ratslam {
 /// variances allow. Empty if it can be used.
 std::string whyAbsurd(const TwistCovariance& covariance);
 
+/// Heading of a pose.
+double yawOf(const Eigen::Isometry3d& pose);
+
 /// Attitude without the yaw: the rotation that remains of a pose when its heading is removed on the left.
 Eigen::Quaterniond tiltOf(const Eigen::Isometry3d& pose);
 

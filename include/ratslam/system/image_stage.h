@@ -93,6 +93,10 @@ class ImageStage {
   /// as unsuitable, however many models refuse it.
   void refused(const std::string& name, const std::string& why);
 
+  /// Whether a recording whose first image has this stamp continues the images so far: it follows the last one within
+  /// time_reset, or the one before if the last one alone has jumped ahead.
+  bool isContinuedBy(Stamp next) const;
+
   const ImageCounts& counts() const { return counts_; }
 
   void save(State& state) const;

@@ -21,9 +21,10 @@ struct MapMerge {
   std::size_t components = 0;          ///< connected components of the merged map
 };
 
-/// Merges two maps. The order of the arguments does not change a bit of the result.
-/// @throws std::runtime_error if parameters differ, a part is missing, both hold the same drive, or recalls are verified by images (vt_verify),
-/// which a map does not contain
+/// Merges two maps that were made with the same parameters (requireParameters). The order of the arguments does not
+/// change a bit of the result.
+/// @throws std::runtime_error if a part is missing, both hold the same drive, or recalls are verified by images
+/// (vt_verify), which a map does not contain
 MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b);
 
 }  // namespace ratslam

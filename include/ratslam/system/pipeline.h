@@ -74,6 +74,7 @@ class Pipeline {
     std::vector<std::string> refusals;        ///< why odometry or local view cannot use the image
     std::vector<PoseCellDecision> decisions;  ///< oldest first
     std::vector<Stamp> mapped;  ///< stamps of the decisions that the map has processed, oldest first
+    std::vector<std::string> map_refusals;  ///< why the map cannot process some of the decisions
   };
 
   /// @param odometry  computes odometry from images; null if odometry comes through `addOdometry`
@@ -120,7 +121,12 @@ class Pipeline {
   /// What makes odometry from outside doubtful (odometry_doubts.h).
   const std::vector<std::string>& odometryDoubts() const { return odometry_doubts_; }
   /// Number of unmeasured stretches of odometry.
-  std::size_t unmeasuredStretches() const { return pose_cells_.odometry().unmeasured(); }
+  std::size_t unmeasuredStretches() const {
+    return unmeasured_stretches_ + pose_cells_.odometry().unmeasured();
+  }
+  /// Number of decisions that the map cannot process, and the reason for the first of them.
+  std::size_t refusedDecisions() const { return refused_decisions_; }
+  const std::string& firstRefusal() const { return first_refusal_; }
 
   /// To be called before another drive: its path begins unconnected in the same map.
   void interrupt();
@@ -161,6 +167,9 @@ class Pipeline {
   std::size_t unreached_views_ = 0;
   std::size_t absurd_covariances_ = 0;
   std::string first_absurdity_;
+  std::size_t unmeasured_stretches_ = 0;  ///< before the last interrupt()
+  std::size_t refused_decisions_ = 0;
+  std::string first_refusal_;
   OdometryDoubts doubts_;
   std::vector<std::string> odometry_doubts_;
 };

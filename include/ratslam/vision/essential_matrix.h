@@ -1,6 +1,6 @@
 /// Essential matrix E between two views: b' E a = 0 for the bearings a and b of a point in the first and second view.
 ///
-/// - From five matches: Nister, "An efficient solution to the five-point relative pose problem" (2004).
+/// - From five matches: Stewenius, Engels and Nister, "Recent developments on direct relative orientation" (2006).
 /// - From many matches with outliers: consensus of samples of five (consensus.h).
 /// - Its four motions: Hartley and Zisserman, "Multiple View Geometry" (2004), result 9.19.
 #pragma once

@@ -1,11 +1,11 @@
 /// A bag as a recording: its images and, on request, its odometry in the order of recording. Messages are decoded as in
-/// the nodes. The quality of the odometry is read from the topic beside it (odom -> odom_quality), if the bag has it.
+/// the nodes. The quality of the odometry is read from the topic beside it (odom -> odom_quality), if the bag has it, and
+/// paired with the samples as in the nodes (quality_pairing.h): the laps of a looped recording repeat their stamps.
 #pragma once
 
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,8 +13,8 @@
 #include "ratslam/camera/camera_model.h"
 #include "ratslam/camera/image_decoding.h"
 #include "ratslam/dataset/recording.h"
-#include "ratslam_ros/OdometryQuality.h"
 #include "ratslam_ros/bag/bag_check.h"
+#include "ratslam_ros/support/quality_pairing.h"
 
 namespace ratslam {
 
@@ -43,16 +43,22 @@ class BagRecording : public Recording {
  private:
   /// Sizes of the first readable images, the most frequent one first; one empty size if none is readable.
   std::vector<cv::Size> firstImageSizes() const;
-  void readQualities();
+  /// Prepares the pairing of samples and qualities, if the bag has qualities.
+  void beginPairing();
+  /// The next sample of odometry with its quality. Reads ahead until that has come, or cannot come any more.
+  std::optional<OdometrySample> nextPaired();
+  void hear(const rosbag::MessageInstance& instance);
 
   std::string path_;
   BagTopics topics_;
   ImageLimits limits_;
   rosbag::Bag bag_;
   mutable BagCheck check_;  ///< called before each message is read
-  std::map<Stamp, ratslam_ros::OdometryQuality> qualities_;
   std::unique_ptr<rosbag::View> view_;
   rosbag::View::iterator position_;
+  std::unique_ptr<rosbag::View> paired_view_;  ///< odometry and its quality; null if the bag has no qualities
+  rosbag::View::iterator paired_position_;
+  QualityPairing pairing_;
   std::size_t image_count_ = 0;
 };
 

@@ -10,6 +10,9 @@
 
 namespace ratslam {
 
+/// Name of an image topic without the ending /compressed, if it has that.
+std::string withoutCompressed(const std::string& image_topic);
+
 /// Whether a topic's images are rectified, by image_proc's names: image_rect, image_rect_color.
 bool isRectifiedTopic(const std::string& image_topic);
 

@@ -55,8 +55,7 @@ bool comesToOldFrame(const std::vector<Trajectory::Sample>& samples, std::size_t
 RelativePose levelled(const Eigen::Isometry3d& motion, const Eigen::Quaterniond& tilt, bool with_height) {
   const Eigen::Isometry3d level = Eigen::Isometry3d(tilt) * motion;
   const Eigen::Vector3d& moved = level.translation();
-  return {moved.x(), moved.y(), with_height ? moved.z() : 0.0,
-          std::atan2(level.linear()(1, 0), level.linear()(0, 0))};
+  return {moved.x(), moved.y(), with_height ? moved.z() : 0.0, yawOf(level)};
 }
 
 /// The corrected poses of the samples from the beginning of a corrected stretch on, in the robot's axes there.

@@ -6,6 +6,7 @@
 
 #include "ratslam/common/angles.h"
 #include "ratslam/odometry/possible.h"
+#include "ratslam/odometry/uncertainty.h"
 
 namespace ratslam {
 namespace {
@@ -29,8 +30,6 @@ double sideOf(double way, double turned, double dt) {
   if (!std::isfinite(way)) return 0.0;
   return std::max(0.0, std::abs(way) - kLever * std::abs(turned) - kNoise * dt);
 }
-
-double yawOf(const Eigen::Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
 
 }  // namespace
 

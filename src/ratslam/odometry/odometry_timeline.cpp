@@ -27,8 +27,6 @@ constexpr double kClimb = 0.2;
 /// not grow without end.
 constexpr std::size_t kMostPending = 20000;
 
-double yawOf(const Eigen::Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
-
 double wayOf(const OdometryStep& step) {
   return std::sqrt(step.forward * step.forward + step.left * step.left + step.up * step.up);
 }
@@ -219,6 +217,10 @@ std::vector<TimedStep> OdometryTimeline::lookAhead(Stamp from) const {
   return steps;
 }
 
-void OdometryTimeline::reset() { *this = OdometryTimeline(use_pose_, params_); }
+void OdometryTimeline::reset() {
+  const std::uint64_t unmeasured = unmeasured_;
+  *this = OdometryTimeline(use_pose_, params_);
+  unmeasured_ = unmeasured;
+}
 
 }  // namespace ratslam

@@ -46,9 +46,11 @@ std::string whyAbsurd(const TwistCovariance& covariance) {
   return "";
 }
 
+double yawOf(const Eigen::Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
+
 Eigen::Quaterniond tiltOf(const Eigen::Isometry3d& pose) {
-  const double yaw = std::atan2(pose.linear()(1, 0), pose.linear()(0, 0));
-  return (Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ()) * Eigen::Quaterniond(pose.linear())).normalized();
+  return (Eigen::AngleAxisd(-yawOf(pose), Eigen::Vector3d::UnitZ()) * Eigen::Quaterniond(pose.linear()))
+      .normalized();
 }
 
 StepCovariance stepCovariance(const TwistCovariance& covariance, const Eigen::Quaterniond& tilt, double dt) {

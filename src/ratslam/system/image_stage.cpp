@@ -161,6 +161,12 @@ bool ImageStage::lastIsAhead(Stamp next) const {
          next > *stamp_before_ && secondsBetween(*stamp_before_, next) < secondsBetween(next, *last_stamp_);
 }
 
+bool ImageStage::isContinuedBy(Stamp next) const {
+  if (!last_stamp_) return false;
+  const Stamp last = next < *last_stamp_ && lastIsAhead(next) ? *stamp_before_ : *last_stamp_;
+  return next > last && secondsBetween(last, next) <= params_.time_reset;
+}
+
 bool ImageStage::stampIsUsable(const DecodedImage& image) {
   if (image.stamp < 0 || (image.stamp == 0 && last_stamp_ && *last_stamp_ != 0)) {
     tell(ImageEvent::kNoStamp, image.name + ": image skipped: it has no stamp");

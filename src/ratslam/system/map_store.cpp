@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "map_tables.h"
+#include "ratslam/common/text_file.h"
 #include "sqlite.h"
 
 namespace ratslam {
@@ -46,9 +47,7 @@ bool isFile(int file, const std::string& path) {
 /// The two checkpoints of a part, PART.a.db and PART.b.db, have one writer and one lock.
 std::string lockOf(const std::string& map) {
   const std::string second = ".b.db";
-  const bool is_second =
-      map.size() > second.size() && map.compare(map.size() - second.size(), second.size(), second) == 0;
-  return (is_second ? map.substr(0, map.size() - second.size()) + ".a.db" : map) + ".lock";
+  return (endsWith(map, second) ? map.substr(0, map.size() - second.size()) + ".a.db" : map) + ".lock";
 }
 
 /// Version of the tables of an opened file. @throws std::runtime_error if it is no map file, or newer

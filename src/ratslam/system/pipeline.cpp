@@ -10,6 +10,8 @@
 namespace ratslam {
 namespace {
 
+constexpr std::uint32_t kCountsVersion = 1;
+
 /// Adds the time from its construction to its destruction to a sum.
 class Stopwatch {
  public:
@@ -99,9 +101,6 @@ void Pipeline::observe(const ImageFrame& frame, Progress& progress) {
 Pipeline::Progress Pipeline::addOdometry(const OdometrySample& sample) {
   Progress progress;
   progress.odometry = feedOdometry(sample);
-  for (const OdometrySample& taken : progress.odometry) {
-    for (std::string& doubt : doubts_.add(taken)) odometry_doubts_.push_back(std::move(doubt));
-  }
   drain(progress);
   return progress;
 }
@@ -142,6 +141,9 @@ bool Pipeline::isTaken(const OdometrySample& sample, SampleVerdict verdict) {
     const std::string absurdity = whyAbsurd(*sample.covariance);
     if (!absurdity.empty() && ++absurd_covariances_ == 1) first_absurdity_ = absurdity;
   }
+  if (!dropped && !odometry_) {
+    for (std::string& doubt : doubts_.add(sample)) odometry_doubts_.push_back(std::move(doubt));
+  }
   return !dropped;
 }
 
@@ -155,6 +157,7 @@ void Pipeline::interrupt() {
   dropped_odometry_ += pose_cells_.odometryLeftBehind();
   late_views_ = lateViews();
   unreached_views_ = unreachedViews();
+  unmeasured_stretches_ = unmeasuredStretches();
   local_view_.interrupt();
   pose_cells_.interrupt();
   map_.interrupt();
@@ -172,11 +175,15 @@ void Pipeline::save(State& state) const {
   map_.save(state.child("experience_map"));
   if (odometry_) odometry_->save(state.child("odometry"));
   State& counts = state.child("pipeline");
+  counts.setVersion(kCountsVersion);
   counts.set("dropped_odometry", static_cast<std::uint64_t>(dropped_odometry_));
   counts.set("late_views", static_cast<std::uint64_t>(late_views_));
   counts.set("unreached_views", static_cast<std::uint64_t>(unreached_views_));
   counts.set("absurd_covariances", static_cast<std::uint64_t>(absurd_covariances_));
   counts.set("first_absurdity", first_absurdity_);
+  counts.set("unmeasured_stretches", static_cast<std::uint64_t>(unmeasured_stretches_));
+  counts.set("refused_decisions", static_cast<std::uint64_t>(refused_decisions_));
+  counts.set("first_refusal", first_refusal_);
 }
 
 void Pipeline::load(const State& state, bool go_on) {
@@ -189,11 +196,15 @@ void Pipeline::load(const State& state, bool go_on) {
 }
 
 void Pipeline::loadCounts(const State& counts) {
+  counts.requireVersion(kCountsVersion);
   dropped_odometry_ = counts.get<std::uint64_t>("dropped_odometry");
   late_views_ = counts.get<std::uint64_t>("late_views");
   unreached_views_ = counts.get<std::uint64_t>("unreached_views");
   absurd_covariances_ = counts.get<std::uint64_t>("absurd_covariances");
   counts.get("first_absurdity", first_absurdity_);
+  unmeasured_stretches_ = counts.get<std::uint64_t>("unmeasured_stretches");
+  refused_decisions_ = counts.get<std::uint64_t>("refused_decisions");
+  counts.get("first_refusal", first_refusal_);
 }
 
 void Pipeline::drain(Progress& progress) {
@@ -215,7 +226,10 @@ void Pipeline::drain(Progress& progress) {
   const Stopwatch watch(times_.experience_map);
   for (const PoseCellDecision& decision : progress.decisions) map_.addDecision(decision.action);
   progress.mapped = map_.drain();
-  for (std::string& why : map_.takeRefusals()) progress.refusals.push_back(std::move(why));
+  progress.map_refusals = map_.takeRefusals();
+  if (refused_decisions_ == 0 && !progress.map_refusals.empty())
+    first_refusal_ = progress.map_refusals.front();
+  refused_decisions_ += progress.map_refusals.size();
 }
 
 }  // namespace ratslam

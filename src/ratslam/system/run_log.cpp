@@ -256,6 +256,7 @@ void RunLog::finish(const Pipeline& pipeline, PipelineParams params,
   count_fields("dropped_odometry", static_cast<double>(pipeline.droppedOdometry()));
   count_fields("absurd_covariances", static_cast<double>(pipeline.absurdCovariances()));
   count_fields("unmeasured_stretches", static_cast<double>(pipeline.unmeasuredStretches()));
+  count_fields("refused_decisions", static_cast<double>(pipeline.refusedDecisions()));
   count_fields("late_views", static_cast<double>(pipeline.lateViews()));
   count_fields("pose_cell_fresh_starts", static_cast<double>(pipeline.poseCells().cells().reseeds()));
   summary << "\n  },\n  \"timing\": {";

@@ -159,35 +159,48 @@ BagRecording::BagRecording(const std::string& path, const BagTopics& topics, con
   requireDefinition<sensor_msgs::CompressedImage>(bag_, path, topics_.images);
   if (topics.with_odometry) {
     requireDefinition<nav_msgs::Odometry>(bag_, path, topics_.odometry);
-    readQualities();
+    beginPairing();
   }
   view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(read));
   position_ = view_->begin();
   image_count_ = rosbag::View(bag_, rosbag::TopicQuery(topics_.images)).size();
 }
 
-void BagRecording::readQualities() {
+void BagRecording::beginPairing() {
   const std::string topic = topics_.odometry + "_quality";
   requireDefinition<ratslam_ros::OdometryQuality>(bag_, path_, topic);
-  rosbag::View view(bag_, rosbag::TopicQuery(topic));
-  for (const rosbag::MessageInstance& instance : view) {
-    const auto quality = messageIn<ratslam_ros::OdometryQuality>(check_, instance);
-    if (!quality) continue;
-    try {
-      requireUsable(*quality);
-      qualities_[stampFromRos(quality->header.stamp)] = *quality;
-    } catch (const std::runtime_error&) {  // as in the nodes the sample is then used without it
-    }
+  if (rosbag::View(bag_, rosbag::TopicQuery(topic)).size() == 0) return;
+  const std::vector<std::string> both{topics_.odometry, topic};
+  paired_view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(both));
+  paired_position_ = paired_view_->begin();
+}
+
+std::optional<OdometrySample> BagRecording::nextPaired() {
+  std::optional<OdometrySample> sample = pairing_.next(true);
+  for (; !sample && paired_position_ != paired_view_->end(); sample = pairing_.next(true)) {
+    hear(*paired_position_);
+    ++paired_position_;
+  }
+  return sample ? sample : pairing_.next(false);
+}
+
+void BagRecording::hear(const rosbag::MessageInstance& instance) {
+  if (instance.getTopic() == topics_.odometry) {
+    const auto odometry = messageIn<nav_msgs::Odometry>(check_, instance);
+    if (odometry) pairing_.hearSample(odometryFromMessage(*odometry));
+    return;
+  }
+  const auto quality = messageIn<ratslam_ros::OdometryQuality>(check_, instance);
+  if (!quality) return;
+  try {
+    requireUsable(*quality);
+    pairing_.hearQuality(*quality);
+  } catch (const std::runtime_error&) {  // as in the nodes the sample is then used without it
   }
 }
 
 std::optional<CameraModel> BagRecording::camera() const {
-  std::string beside = topics_.images;
-  const std::string compressed = "/compressed";
-  if (beside.size() > compressed.size() &&
-      beside.compare(beside.size() - compressed.size(), compressed.size(), compressed) == 0) {
-    beside.erase(beside.size() - compressed.size());
-  }
+  std::string beside = withoutCompressed(topics_.images);
   beside.erase(beside.find_last_of('/') + 1);
   const std::string topic = beside + "camera_info";
   requireDefinition<sensor_msgs::CameraInfo>(bag_, path_, topic);
@@ -239,10 +252,8 @@ std::optional<RecordedItem> BagRecording::next() {
       if (type == kCompressedImage) return imageIn<sensor_msgs::CompressedImage>(check_, instance, limits_);
       const auto odometry = messageIn<nav_msgs::Odometry>(check_, instance);
       if (!odometry) continue;
-      OdometrySample sample = odometryFromMessage(*odometry);
-      const auto quality = qualities_.find(sample.stamp);
-      if (quality != qualities_.end()) addQuality(quality->second, sample);
-      return sample;
+      if (!paired_view_) return odometryFromMessage(*odometry);
+      if (const auto sample = nextPaired()) return *sample;
     }
     return std::nullopt;
   } catch (const ros::Exception& e) {  // base of the exceptions of rosbag and of its parts

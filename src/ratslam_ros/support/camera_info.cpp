@@ -6,6 +6,7 @@
 #include <string>
 
 #include "ratslam/common/params.h"
+#include "ratslam/common/text_file.h"
 
 namespace ratslam {
 namespace {
@@ -65,13 +66,14 @@ Readout readoutOf(const sensor_msgs::CameraInfo& message) {
 
 }  // namespace
 
+std::string withoutCompressed(const std::string& image_topic) {
+  const std::string ending = "/compressed";
+  if (!endsWith(image_topic, ending) || image_topic == ending) return image_topic;
+  return image_topic.substr(0, image_topic.size() - ending.size());
+}
+
 bool isRectifiedTopic(const std::string& image_topic) {
-  const std::string compressed = "/compressed";
-  std::string topic = image_topic;
-  if (topic.size() > compressed.size() &&
-      topic.compare(topic.size() - compressed.size(), compressed.size(), compressed) == 0) {
-    topic.erase(topic.size() - compressed.size());
-  }
+  const std::string topic = withoutCompressed(image_topic);
   const std::string rectified = "image_rect";
   return topic.compare(topic.rfind('/') + 1, rectified.size(), rectified) == 0;
 }

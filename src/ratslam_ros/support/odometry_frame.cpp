@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "ratslam/common/angles.h"
+#include "ratslam/odometry/uncertainty.h"
 
 namespace ratslam {
 namespace {
@@ -15,8 +16,7 @@ Eigen::Isometry3d levelPose(double x, double y, double z, double yaw) {
 }
 
 RelativePose poseOf(const Eigen::Isometry3d& pose) {
-  return {pose.translation().x(), pose.translation().y(), pose.translation().z(),
-          std::atan2(pose.linear()(1, 0), pose.linear()(0, 0))};
+  return {pose.translation().x(), pose.translation().y(), pose.translation().z(), yawOf(pose)};
 }
 
 bool isFinite(const RelativePose& pose) {

@@ -205,6 +205,37 @@ TEST(KnownGround, GoesOnFromAnySavedState) {
   }
 }
 
+/// Whatever the solver is doing when the robot leaves known ground for a new street, the covariance claims no more than
+/// the settled map.
+TEST(KnownGround, TheRobotsCovarianceGoesOnFromTheGroundThatItLeaves) {
+  const Patrol ring;
+  const auto lap = static_cast<std::size_t>(ring.places);
+  const auto drive = patrol(ring, 5);
+  ExperienceMap patrolled{ExperienceMapParams{}};
+  go(patrolled, drive, 0, 2 * lap);
+  for (std::size_t left = 2 * lap; left < drive.size(); ++left) {
+    go(patrolled, drive, left, left + 1);
+    State state;
+    patrolled.save(state);
+    ExperienceMap map{ExperienceMapParams{}};
+    map.load(state);
+    OdometryStep step;
+    step.forward = ring.spacing;
+    step.rotation = -0.5 * kPi;
+    Stamp now = drive[left].end;
+    for (std::uint32_t k = 0; k < 5; ++k, step.rotation = 0.0) {
+      map.integrate(now += 400'000'000, step);
+      const auto id = static_cast<std::uint32_t>(map.graph().experiences().size());
+      map.apply({now, ActionKind::kCreateNode, *map.currentExperience(), id, 0.0, {}});
+    }
+    for (int k = 0; k < 300; ++k) map.integrate(++now, OdometryStep{});  // the solver finishes
+    const double online = map.robotCovariance()->trace();
+    map.settle();
+    const double settled = map.robotCovariance()->trace();
+    EXPECT_GT(online, 0.999 * settled) << "left after step " << left;
+  }
+}
+
 /// At a hundred steps a second for a day, standing still, the path costs nothing; what was driven before and after
 /// keeps its shape.
 TEST(Trajectory, StandingStillCostsNothing) {

@@ -40,5 +40,28 @@ TEST(RecallGeometryState, ContinuesWithTheSameBits) {
   }
 }
 
+/// The features of an image of another camera would get wrong bearings.
+TEST(RecallGeometryState, ImagesOfAnotherCameraAreLeftOut) {
+  RecallGeometryParams params;
+  params.verify = "orb";
+  RecallGeometryEstimator first(params, RecallScene::camera());
+  const RecallScene scene(7);
+  for (int i = 0; i < 3; ++i) first.frame(i, scene.view(0.5 * i, 0.0, 0.0));
+  State state;
+  first.save(state);
+  const auto frames = [](const State& saved) {
+    return saved.forEach("frames", [](const State&, std::size_t) {});
+  };
+  CameraModel another = RecallScene::camera();
+  for (const std::size_t kept : {3U, 0U}) {
+    RecallGeometryEstimator second(params, another);
+    second.load(state);
+    State saved;
+    second.save(saved);
+    EXPECT_EQ(frames(saved), kept);
+    another.height /= 2;
+  }
+}
+
 }  // namespace
 }  // namespace ratslam

@@ -14,6 +14,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
+#include "ratslam_ros/OdometryQuality.h"
 #include "unit/message_of.h"
 
 namespace ratslam {
@@ -59,6 +60,15 @@ class BagRecordingTest : public ::testing::Test {
       writeOdometry(bag, "/kitti/ground_truth", at);
     }
     return name;
+  }
+
+  static std::vector<OdometrySample> samplesOf(const std::string& name) {
+    BagRecording recording(name, {"", "", true});
+    std::vector<OdometrySample> samples;
+    while (const auto item = recording.next()) {
+      if (const auto* sample = std::get_if<OdometrySample>(&*item)) samples.push_back(*sample);
+    }
+    return samples;
   }
 
   static std::string bytesOf(const std::string& name) {
@@ -107,11 +117,7 @@ TEST_F(BagRecordingTest, TakesWhatTheOdometrySaysOfItself) {
       bag.write("/kitti/odom_quality", ros::Time(at + 0.01), message);
     }
   }
-  BagRecording recording(name, {"", "", true});
-  std::vector<OdometrySample> samples;
-  while (const auto item = recording.next()) {
-    if (const auto* sample = std::get_if<OdometrySample>(&*item)) samples.push_back(*sample);
-  }
+  const std::vector<OdometrySample> samples = samplesOf(name);
   ASSERT_EQ(samples.size(), 3U);
   ASSERT_TRUE(samples[0].unit);
   EXPECT_EQ(samples[0].unit->walk_sigma, 0.02);
@@ -119,6 +125,23 @@ TEST_F(BagRecordingTest, TakesWhatTheOdometrySaysOfItself) {
   EXPECT_EQ(samples[0].epoch, 3U);
   EXPECT_FALSE(samples[1].unit);
   EXPECT_TRUE(samples[2].bridged);
+}
+
+TEST_F(BagRecordingTest, EveryLapOfALoopHasItsOwnQualities) {
+  rosbag::Bag bag(path("laps.bag"), rosbag::bagmode::Write);
+  writeImage(bag, "/camera/image", 1.0);
+  for (std::uint32_t k = 0; k < 15; ++k) {
+    nav_msgs::Odometry odometry;
+    ratslam_ros::OdometryQuality quality;
+    odometry.header.stamp = quality.header.stamp = ros::Time(10 + k % 5, 0);
+    quality.epoch = 1 + k / 5;
+    bag.write("/odom", ros::Time(100 + k, 0), odometry);
+    if (k % 5 != 2) bag.write("/odom_quality", ros::Time(100 + k, 5), quality);  // one is lost
+  }
+  bag.close();
+  std::vector<std::uint32_t> laps;
+  for (const OdometrySample& sample : samplesOf(path("laps.bag"))) laps.push_back(sample.epoch);
+  EXPECT_EQ(laps, (std::vector<std::uint32_t>{1, 1, 0, 1, 1, 2, 2, 0, 2, 2, 3, 3, 0, 3, 3}));
 }
 
 TEST_F(BagRecordingTest, LeavesOdometryOutUnlessItIsWanted) {

@@ -258,6 +258,22 @@ TEST_F(ImageStageTest, KnowsTheLastImageAgainAfterItWasSaved) {
   }
 }
 
+TEST_F(ImageStageTest, ARecordingContinuesTheImagesThatWereUsed) {
+  EXPECT_FALSE(stage_.isContinuedBy(kTenth)) << "there are none";
+  ASSERT_TRUE(add(100 * kTenth, picture(0)));
+  ASSERT_TRUE(add(101 * kTenth, picture(1)));
+  EXPECT_FALSE(add(0, picture(2)));  // has no stamp
+  EXPECT_TRUE(stage_.isContinuedBy(102 * kTenth));
+  EXPECT_TRUE(stage_.isContinuedBy(111 * kTenth));
+  EXPECT_FALSE(stage_.isContinuedBy(112 * kTenth));
+  EXPECT_FALSE(stage_.isContinuedBy(101 * kTenth));
+  ASSERT_TRUE(add(152 * kTenth, picture(3)));
+  EXPECT_TRUE(stage_.isContinuedBy(153 * kTenth));
+  EXPECT_TRUE(stage_.isContinuedBy(103 * kTenth)) << "the last image alone has jumped ahead";
+  EXPECT_FALSE(stage_.isContinuedBy(125 * kTenth)) << "too long after the one before";
+  EXPECT_FALSE(stage_.isContinuedBy(90 * kTenth));
+}
+
 TEST_F(ImageStageTest, ADamagedLastImageIsNamed) {
   ASSERT_TRUE(next(picture(1)));
   State state;

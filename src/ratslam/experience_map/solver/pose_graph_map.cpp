@@ -224,9 +224,10 @@ void PoseGraphMap::takeCovariance() {
   const auto known = solver_.newestCovariance();
   if (!known) return;
   newest_covariance_ = known->second;
-  // Propagate along the chain that has been appended since.
+  // Propagate along the chain that has been appended since. Where the robot left known ground, it begins at an older node.
   for (const Constraint& constraint : pose_graph_.constraints()) {
-    if (constraint.closes() || constraint.from < known->first) continue;
+    if (constraint.closes() || constraint.to <= known->first) continue;
+    if (constraint.from < known->first) newest_covariance_ = *solver_.covarianceOf(constraint.from);
     newest_covariance_ = carried(constraint, newest_covariance_);
   }
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 
 #include "ratslam/common/state.h"
@@ -9,7 +8,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 3;
+constexpr std::uint32_t kStateVersion = 4;
 
 }  // namespace
 
@@ -71,7 +70,6 @@ struct RecallGeometryEstimator::TemplateRow {
 
 void RecallGeometryEstimator::save(State& state) const {
   state.setVersion(kStateVersion);
-  state.set("image_size", std::array<int, 2>{camera_.width, camera_.height});
   state.setEach("frames", std::vector<Frame>(ring_.begin(), ring_.end()));
   state.setLater("templates", [templates = templates_](State& list) {
     std::vector<TemplateRow> rows;
@@ -88,6 +86,10 @@ void RecallGeometryEstimator::load(const State& state) {
     ring.emplace_back();
     ring.back().load(frame);
   });
+  // The map may have been made by another camera. Its templates are bearings, but its images do not fit this one.
+  const cv::Size size(camera_.width, camera_.height);
+  const auto another = [&size](const Frame& frame) { return frame.grey.size() != size; };
+  ring.erase(std::remove_if(ring.begin(), ring.end(), another), ring.end());
   const State& list = state.child("templates");
   std::map<std::uint32_t, std::shared_ptr<const Template>> templates;
   for (const TemplateRow& row : list.get<std::vector<TemplateRow>>("rows")) {
