@@ -12,6 +12,7 @@
 #include "ratslam/events.h"
 #include "ratslam/odometry/odometry.h"
 #include "ratslam/system/parameter_changes.h"
+#include "ratslam/system/pose_cell_stage.h"
 #include "ratslam_ros/OdometryQuality.h"
 #include "ratslam_ros/ParameterChange.h"
 #include "ratslam_ros/PoseCellState.h"
@@ -48,6 +49,7 @@ NumberSession sessionIn(const std::string& frame_id);
 /// @throws std::runtime_error for an action number that the message type does not define
 TopologicalAction actionFromMessage(const ratslam_ros::TopologicalAction& message);
 ratslam_ros::TopologicalAction actionToMessage(const TopologicalAction& action);
+ratslam_ros::PoseCellState decisionToMessage(const PoseCellDecision& decision, const NumberSession& session);
 
 /// The decision inside a state message, kNone included.
 /// @throws std::runtime_error for an action number that the message type does not define

@@ -146,22 +146,9 @@ void PoseCellNode::describe(DiagnosticStatus& status) {
 void PoseCellNode::publish(const std::vector<PoseCellDecision>& decisions) {
   for (const PoseCellDecision& decision : decisions) {
     if (session_.id == 0) session_.id = std::max<Stamp>(decision.view.stamp, 1);
-    ratslam_ros::PoseCellState state;
-    const ratslam_ros::TopologicalAction action = actionToMessage(decision.action);
-    state.header = action.header;
-    state.view_id = decision.view.id;
-    state.x = decision.estimate.x;
-    state.y = decision.estimate.y;
-    state.th = decision.estimate.th;
-    state.action = action.action;
-    state.src_id = action.src_id;
-    state.dest_id = action.dest_id;
-    state.relative_rad = action.relative_rad;
-    state.session = stampToRos(session_.id);
-    state.session_known = session_.known;
-    state_publisher_.publish(state);
+    state_publisher_.publish(decisionToMessage(decision, session_));
     const bool changes_map = decision.action.kind != ActionKind::kNone;
-    if (changes_map) action_publisher_.publish(action);
+    if (changes_map) action_publisher_.publish(actionToMessage(decision.action));
     commands_.said({session_.id, decision.action.stamp}, changes_map);
     trail_.add(decision.estimate);
   }

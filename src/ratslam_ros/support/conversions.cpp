@@ -204,6 +204,23 @@ ratslam_ros::TopologicalAction actionToMessage(const TopologicalAction& action) 
   return message;
 }
 
+ratslam_ros::PoseCellState decisionToMessage(const PoseCellDecision& decision, const NumberSession& session) {
+  const ratslam_ros::TopologicalAction action = actionToMessage(decision.action);
+  ratslam_ros::PoseCellState state;
+  state.header = action.header;
+  state.view_id = decision.view.id;
+  state.x = decision.estimate.x;
+  state.y = decision.estimate.y;
+  state.th = decision.estimate.th;
+  state.action = action.action;
+  state.src_id = action.src_id;
+  state.dest_id = action.dest_id;
+  state.relative_rad = action.relative_rad;
+  state.session = stampToRos(session.id);
+  state.session_known = session.known;
+  return state;
+}
+
 RecallGeometry geometryFromMessage(const ratslam_ros::RecallGeometry& message) {
   RecallGeometry geometry;
   geometry.stamp = stampFromRos(message.header.stamp);
