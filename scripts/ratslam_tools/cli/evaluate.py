@@ -11,7 +11,7 @@ from ratslam_tools.datasets import sources
 from ratslam_tools.evaluation import comparison, metrics
 from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError, finite
-from ratslam_tools.evaluation import Result, evaluate_ape, evaluate_rpe, print_results, write_json
+from ratslam_tools.evaluation import Result, evaluate_ape, evaluate_rpe, print_results, tell_collapse, write_json
 from ratslam_tools.table import format_table
 
 RELATION_WORDS = {
@@ -261,6 +261,7 @@ def kitti_main(argv=None) -> None:
         arguments.estimates, arguments.format, arguments.times, arguments.bag
     ):
         compared = comparison.compare(reference, estimate, settings, needs_body=True)
+        tell_collapse(estimate.name, compared.alignment)
         poses = max(poses, len(compared.reference))
         drift = metrics.kitti_drift(compared.reference, compared.estimate)
         average = metrics.kitti_average(drift)
