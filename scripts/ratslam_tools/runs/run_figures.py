@@ -12,7 +12,7 @@ from ratslam_tools.runs.activity_figure import draw_activity, has_activity
 from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs.run_folder import Run
-from ratslam_tools.trajectory import Trajectory
+from ratslam_tools.trajectory import Trajectory, breaks_of
 
 ERROR_STATISTICS = ("mean", "median", "rmse", "max", "min")
 MAX_LINKS_OPAQUE = 200
@@ -86,7 +86,7 @@ def draw_map(axes, aligned: Aligned) -> None:
         )
     for name, colour, width in (("online", plotting.ONLINE, 1.0), ("final", plotting.FINAL, 1.6)):
         if name in aligned.paths:
-            path = getattr(aligned.run, name).with_gaps(aligned.paths[name])
+            path = _with_gaps(aligned.run, getattr(aligned.run, name).stamps, aligned.paths[name])
             axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=width, label=name)
     start = aligned.paths["final"][0]
     axes.plot(
@@ -108,6 +108,12 @@ def draw_map(axes, aligned: Aligned) -> None:
     axes.set_ylabel("y [m]")
     axes.grid(alpha=0.25)
     axes.legend(loc="best", fontsize=8)
+
+
+def _with_gaps(run: Run, stamps, values) -> np.ndarray:
+    """Values (n, ...) for a line, with NaN where time went back or the run says nothing of the way (Run.silence)."""
+    rows = [] if stamps is None else breaks_of(stamps, run.silence(stamps))
+    return np.insert(np.asarray(values, dtype=float), rows, np.nan, axis=0)
 
 
 def draw_loop_links(axes, aligned: Aligned) -> None:
@@ -156,8 +162,9 @@ def draw_templates(axes, run: Run) -> None:
 def draw_template_errors(axes, run: Run) -> None:
     """Distance to the best template over time, where there was a candidate."""
     compared = run.templates["error"] >= 0
-    time = run.templates["stamp"] - run.templates["stamp"][0]
-    axes.plot(time[compared], run.templates["error"][compared], color="0.3", linewidth=0.6)
+    stamps = run.templates["stamp"][compared]
+    time = _with_gaps(run, stamps, stamps - run.templates["stamp"][0])
+    axes.plot(time, _with_gaps(run, stamps, run.templates["error"][compared]), color="0.3", linewidth=0.6)
     _over_time(axes, "match error")
 
 
