@@ -25,9 +25,10 @@ RELATION_WORDS = {
 def add_input_options(parser: argparse.ArgumentParser) -> None:
     """Options for the trajectories to compare, their matching and alignment."""
     parser.add_argument(
-        "reference", metavar="REF", help="true trajectory: a TUM or KITTI file, or a topic with --bag"
+        "reference", metavar="REF", help="true trajectory: a TUM or KITTI file, a bag with a topic ground_truth, or a topic "
+        "with --bag"
     )
-    parser.add_argument("estimates", metavar="EST", nargs="+", help="estimated trajectories, likewise")
+    parser.add_argument("estimates", metavar="EST", nargs="+", help="estimated trajectories: files, or topics with --bag")
     parser.add_argument("--bag", metavar="FILE", help="take REF and EST from topics of this bag")
     parser.add_argument(
         "--format",
