@@ -14,6 +14,8 @@ import os, shutil, sys, time
 words = sys.argv[1:]
 out = words[words.index("--out") + 1]
 values = dict(word.split("=") for before, word in zip(words, words[1:]) if before == "--set")
+if os.path.basename(words[0]) == "recording":  # only the parameters are to be checked
+    sys.exit("ratslam_run: nokey: no parameter has this name (from the command line)" if "nokey" in values else 1)
 with open({log!r}, "a") as log:
     log.write(" ".join(words) + "\\n")
 if values.get("fail") == "1":

@@ -120,6 +120,33 @@ def test_the_command_prints_and_saves(tmp_path, drive, capsys):
     assert '"percent_in_band"' in (tmp_path / "n.json").read_text()
 
 
+def columns_alone(path, wanted):
+    """Leaves of a CSV file only the columns whose name is `wanted`, a function."""
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    kept = [column for column, name in enumerate(rows[0]) if wanted(name)]
+    path.write_text("".join(",".join(row[column] for column in kept) + "\n" for row in rows))
+
+
+@pytest.mark.parametrize("lacking", ["rxyz", "c"])
+def test_where_another_program_measured_the_map_is_judged(tmp_path, drive, capsys, lacking):
+    truth = drive(300)
+    write_tum(tmp_path / "truth.tum", truth)
+    run = write_run(tmp_path / "run", truth)
+    columns_alone(run / "odometry.csv", lambda name: name[0] not in lacking)
+    evaluate_nees.main([str(run), "--truth", str(tmp_path / "truth.tum"), "--save_results", str(tmp_path / "n.json")])
+    told = capsys.readouterr()
+    assert "pose in the map" in told.out and "odometry's motion" not in told.out
+    assert told.err.startswith(f"note: {run / 'odometry.csv'}: it states no poses with covariances") and told.err.count("\n") == 1
+    assert list(json.loads((tmp_path / "n.json").read_text())["results"]) == ["map"]
+
+
+def test_odometry_that_never_predicts_needs_no_columns_for_it(tmp_path, drive):
+    run = write_run(tmp_path / "run", drive(50))
+    whole = consistency.motion_nees(odometry_file.read_motions(str(run / "odometry.csv")), drive(50))
+    columns_alone(run / "odometry.csv", lambda name: name not in ("bridged", "correction_from"))
+    assert (consistency.motion_nees(odometry_file.read_motions(str(run / "odometry.csv")), drive(50)) == whole).all()
+
+
 def test_what_is_missing_is_named(tmp_path, drive):
     truth = drive(50)
     write_tum(tmp_path / "truth.tum", truth)

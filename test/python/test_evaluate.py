@@ -186,6 +186,8 @@ def test_a_repeated_stamp_in_a_bags_truth_is_judged_like_one_in_a_file(files, ru
 
     truth, whole = ((files / name).read_text().splitlines() for name in ("truth.tum", "est.tum"))
     path = str(files / "drive.bag")
+    shift = [f"{float(line.split()[0]) + 1.0:.9f} {line.split(maxsplit=1)[1]}" for line in whole[:50]]
+    (files / "part.tum").write_text("\n".join(shift) + "\n")
     with rosbag.Bag(path, "w") as bag:
         for topic, lines in (("/ground_truth", truth[:100] + truth[99:]), ("/whole", whole), ("/part", whole[:50])):
             for number, line in enumerate(lines):
@@ -194,6 +196,8 @@ def test_a_repeated_stamp_in_a_bags_truth_is_judged_like_one_in_a_file(files, ru
     assert run("evaluate_ape", "-as", "/ground_truth", "/part", "--bag", path).returncode == 0
     assert "repeats" in fails("evaluate_ape", "-as", "/whole", "/ground_truth", "--bag", path)
     assert len(read_truth(path)) == len(truth) + 1
+    assert "50/201" in run("evaluate_ape", "-as", path, files / "part.tum").stdout  # as plot_run takes it
+    assert f"give --bag {path} REF_TOPIC EST_TOPIC" in fails("evaluate_rpe", "-as", files / "truth.tum", path)
 
 
 def test_round_trips(files, run, drive):

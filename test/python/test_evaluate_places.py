@@ -47,6 +47,9 @@ def test_two_passes_and_one_with_truth_are_judged(run, town):
     for words in (("--min-gap", "2", "--radius", "4"), ("--min-gap", "10", "--open")):
         done = call(run, town, "town", "--truth", "town/poses.txt", *words)
         assert done.returncode == 0, done.stderr
+    asked = ("--min-gap", "2", "--radius", "4")
+    of_bag, of_file = (call(run, town, "town.bag", "--truth", name, *asked) for name in ("town.bag", "town/poses.txt"))
+    assert of_bag.returncode == 0 and of_bag.stdout == of_file.stdout, of_bag.stderr
     done = call(run, town, "town", "plain", "--starts", "2")
     assert done.returncode == 0 and "starts: 2" in done.stdout, done.stderr
 

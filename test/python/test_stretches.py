@@ -65,6 +65,45 @@ def test_no_line_joins_two_stretches(second_day):
     assert len(path) == 321 and np.flatnonzero(np.isnan(path[:, 0])).tolist() == [200]
 
 
+def drawn(draw, *what):
+    """The lines of a drawing, by label, as arrays of points (n, 2)."""
+    figure, axes = plotting.load().subplots()
+    draw(axes, *what)
+    lines = {line.get_label(): line.get_xydata() for line in axes.lines}
+    plotting.load().close(figure)
+    return lines
+
+
+def gaps(line):
+    return np.flatnonzero(np.isnan(line[:, 1])).tolist()
+
+
+def test_no_line_of_the_match_errors_goes_back_in_time(second_day):
+    path = second_day / "templates.csv"
+    path.write_text(path.read_text() + "0.0,7,0.05,0\n0.1,8,0.05,0\n")
+    (line,) = drawn(run_figures.draw_template_errors, run_folder.Run(str(second_day))).values()
+    assert gaps(line) == [199] and len(line) == 202  # the first view has nothing to be compared with
+
+
+def test_a_break_in_which_nothing_was_measured_is_no_street(folder, drive):
+    """The robot slept for 8 s and woke up elsewhere."""
+    summary = json.loads((folder / "summary.json").read_text())
+    slept = drive().select(np.r_[0:80, 160:200])
+    for name in ("online", "final"):
+        write_tum(folder / f"trajectory_{name}.tum", slept)
+
+    def gaps_with(**parameters):
+        (folder / "summary.json").write_text(json.dumps({**summary, "parameters": parameters}))
+        lines = drawn(run_figures.draw_map, run_figures.Aligned(run_folder.Run(str(folder))))
+        return gaps(lines["online"]), gaps(lines["final"])
+
+    assert gaps_with(odometry_gap=2.0) == ([80], [80])
+    assert gaps_with(odometry_gap=9.0) == gaps_with() == ([], [])
+    for name in ("online", "final"):  # of which every step is longer than odometry_gap
+        write_tum(folder / f"trajectory_{name}.tum", drive().select(slice(0, 200, 30)))
+    assert gaps_with(odometry_gap=2.0) == ([], [])
+
+
 def test_all_stretches_of_a_looped_recording_are_compared(second_day, tmp_path):
     count_beginnings(second_day, 1)
     run = run_folder.Run(str(second_day))

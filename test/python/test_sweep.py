@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from conftest import SCRIPTS
+from conftest import SCRIPTS, built
 from run_fixtures import calls, folder, merging, program, sweep_words  # noqa: F401  (fixtures)
 from ratslam_tools.cli import sweep
 from ratslam_tools.errors import InputError
@@ -193,6 +193,36 @@ def test_any_figure_may_be_the_goal_and_needs_no_truth(program, tmp_path, capsys
     assert (tmp_path / "out" / "counts.recalls_over_other.png").exists()
     with pytest.raises(InputError, match="no run has counts.birds; there are .*counts.recalls"):
         sweep.main(words + ["--goal", "counts.birds"])
+
+
+def test_a_sweep_has_one_goal(program, tmp_path):
+    with pytest.raises(InputError, match="--goal: counts.recalls and ape.final.max are not allowed together"):
+        sweep.main([*sweep_words(program, tmp_path, "other=1,2"), "--goal", "counts.recalls", "--goal", "ape.final.max"])
+
+
+def test_a_misspelt_parameter_is_refused_before_anything_is_computed(program, tmp_path):
+    with pytest.raises(InputError, match="--vary: nokey: no parameter has this name$"):
+        sweep.main([*sweep_words(program, tmp_path, "other=1,2", "nokey=1,2"), "--odometry", "orb"])
+    assert calls(program) == [] and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "vary, complaint",
+    [
+        ("vt_match_treshold=0.03,0.04", "vt_match_treshold: no parameter has this name; did you mean vt_match_threshold"),
+        ("vt_match_threshold=0.03,abc", "vt_match_threshold: value 'abc' is not a number$"),
+        ("vt_match_threshold=0.03,-1", "failed"),  # the range is for the runs to judge
+    ],
+)
+def test_ratslam_run_says_what_is_no_parameter_or_no_value(tmp_path, vary, complaint):
+    (found,) = built()
+    (tmp_path / "c.yaml").write_text("")
+    words = sweep_words(found, tmp_path, vary)
+    words[words.index("c.yaml")] = str(tmp_path / "c.yaml")
+    at = words.index("--truth")
+    del words[at : at + 2]
+    with pytest.raises(InputError, match=complaint):
+        sweep.main([*words, "--goal", "counts.recalls"])
 
 
 def test_a_sweep_needs_a_recording(capsys):

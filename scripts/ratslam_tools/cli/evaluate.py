@@ -11,7 +11,7 @@ from ratslam_tools.datasets import sources
 from ratslam_tools.evaluation import comparison, metrics
 from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError, finite
-from ratslam_tools.evaluation import Result, evaluate_ape, evaluate_rpe, print_results, write_json
+from ratslam_tools.evaluation import Result, evaluate_ape, evaluate_rpe, print_results, tell_collapse, write_json
 from ratslam_tools.table import format_table
 
 RELATION_WORDS = {
@@ -25,9 +25,10 @@ RELATION_WORDS = {
 def add_input_options(parser: argparse.ArgumentParser) -> None:
     """Options for the trajectories to compare, their matching and alignment."""
     parser.add_argument(
-        "reference", metavar="REF", help="true trajectory: a TUM or KITTI file, or a topic with --bag"
+        "reference", metavar="REF", help="true trajectory: a TUM or KITTI file, a bag with a topic ground_truth, or a topic "
+        "with --bag"
     )
-    parser.add_argument("estimates", metavar="EST", nargs="+", help="estimated trajectories, likewise")
+    parser.add_argument("estimates", metavar="EST", nargs="+", help="estimated trajectories: files, or topics with --bag")
     parser.add_argument("--bag", metavar="FILE", help="take REF and EST from topics of this bag")
     parser.add_argument(
         "--format",
@@ -261,6 +262,7 @@ def kitti_main(argv=None) -> None:
         arguments.estimates, arguments.format, arguments.times, arguments.bag
     ):
         compared = comparison.compare(reference, estimate, settings, needs_body=True)
+        tell_collapse(estimate.name, compared.alignment)
         poses = max(poses, len(compared.reference))
         drift = metrics.kitti_drift(compared.reference, compared.estimate)
         average = metrics.kitti_average(drift)

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import sys
 
 from ratslam_tools.cli.plot_run import require_own_output
 from ratslam_tools.datasets import odometry_file, truth
@@ -39,10 +40,13 @@ def main(argv=None) -> None:
     odometry, poses = (files[-1] for files in stretches)  # the truth belongs to the recording of this run
     motions = odometry_file.read_motions(odometry)
     columns = run_folder.read_columns(poses, consistency.POSE_COLUMNS)
-    results = {
-        "odometry": consistency.summary(_of_file(odometry, consistency.motion_nees, motions, known), 6),
-        "map": consistency.summary(_of_file(poses, consistency.pose_nees, columns, known), 4),
-    }
+    results = {}
+    if motions is None:
+        told = "it states no poses with covariances, as only this package's odometries do; only the pose in the map is judged"
+        print(f"note: {odometry}: {told}", file=sys.stderr)
+    else:
+        results["odometry"] = consistency.summary(_of_file(odometry, consistency.motion_nees, motions, known), 6)
+    results["map"] = consistency.summary(_of_file(poses, consistency.pose_nees, columns, known), 4)
     rows = [["NEES of", "count", "free", "mean", "median", "95 % band", "in band", "below", "above", "up to 95 %"]]
     for name, found in results.items():
         rows.append(

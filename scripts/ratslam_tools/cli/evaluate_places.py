@@ -36,7 +36,7 @@ def _arguments(argv):
     parser.add_argument("--descriptor", help="vt_descriptor: blocks, orientation")
     parser.add_argument("--recall", help="vt_recall: nearest, belief")
     parser.add_argument("--config", help="configuration with crop and view")
-    parser.add_argument("--truth", help="one recording: its true poses, KITTI format")
+    parser.add_argument("--truth", help="one recording: its true poses, KITTI format or a bag's ground_truth")
     parser.add_argument("--radius", type=finite, help="with --truth: distance of a right place [m] (default 3)")
     parser.add_argument("--min-gap", type=int, help="one recording: frames that a revisit lies apart (default 100)")
     parser.add_argument("--open", action="store_true", help="map, and judge what the system itself recalls")

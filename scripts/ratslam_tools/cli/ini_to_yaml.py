@@ -78,21 +78,14 @@ def our_keys() -> Set[str]:
 
 def objection(configuration: str) -> Optional[Tuple[str, str]]:
     """The first value of a configuration (YAML text) that ratslam_run refuses: (parameter, message), or None.
-    ratslam_run checks types and ranges before it opens the recording, so a recording that does not exist is given.
     @throws InputError if there is no ratslam_run.
     """
     with tempfile.TemporaryDirectory() as folder:
-        config, recording, out = (os.path.join(folder, name) for name in ("config.yaml", "recording", "out"))
+        config = os.path.join(folder, "config.yaml")
         with open(config, "w", encoding="utf-8", errors="surrogateescape") as file:
             file.write(configuration)
-        words = runner.command(runner.find(), recording, config, out)
-        try:
-            finished = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
-        except OSError as error:
-            raise InputError(f"{words[0]}: cannot be run: {error.strerror}") from None
-        messages = finished.stderr.decode("utf-8", "replace").replace(config, "config.yaml")
-    found = re.search(rf"^{runner.PROGRAM}: ((\w+): .*)$", messages, re.MULTILINE)
-    return (found.group(2), re.sub(r" \(from config\.yaml:\d+\)", "", found.group(1))) if found else None
+        found = runner.objection(runner.find(), config)
+    return (found[0], re.sub(rf" \(from {re.escape(config)}:\d+\)", "", found[1])) if found else None
 
 
 def truth_value(text: str) -> str:

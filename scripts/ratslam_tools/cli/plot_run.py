@@ -113,10 +113,12 @@ def main(argv=None) -> None:
         figure = run_figures.overview_figure(aligned)
     plotting.finish(plotting.load(), figure, path)
     if aligned.results:
-        print("APE, aligned (rotation, translation, scale)")
+        print("APE, aligned (rotation, translation, scale)" + (", but for the notes below" if aligned.notes else ""))
         print(format_table(run_figures.error_rows(aligned)))
         if len(aligned.run.final.stretches) > 1:
             print(run_figures.stretch_words(aligned.run))
+        for note in aligned.notes.values():
+            print(f"note: {note}")
     if arguments.save_results:
         final = aligned.run.final
         own = aligned.run.own_stretches(final)

@@ -88,6 +88,7 @@ def sections(aligned: run_figures.Aligned) -> list:
         ]
         if len(run.final.stretches) > 1:
             parts.append(f"<p>{html.escape(run_figures.stretch_words(run))}.</p>")
+        parts += [f"<p><strong>{html.escape(note)}.</strong></p>" for note in aligned.notes.values()]
     parts += ["<h2>Map</h2>", embedded(run_figures.map_figure(aligned), map_caption(aligned))]
     if aligned.results:
         figure = error_plots.errors_figure(plotting.load(), aligned.results, "", "APE [m]")

@@ -49,10 +49,10 @@ def main(argv=None) -> None:
     parser.add_argument("--jobs", type=int, metavar="N", help="runs at a time (default: one for each core)")
     parser.add_argument(
         "--goal",
-        default="ape.final.mean",
+        action="append",
         metavar="NAME",
         help="figure of sweep.csv that says how good a run is: ape.final.mean, counts.experiences, timing.odometry, "
-        "... (default: %(default)s)",
+        f"... (default: {grid.Goal().name})",
     )
     parser.add_argument("--largest", action="store_true", help="the largest goal is the best, not the smallest")
     division = parser.add_mutually_exclusive_group()
@@ -79,7 +79,7 @@ def main(argv=None) -> None:
     varied = [grid.parse_vary(text) for text in arguments.vary]
     points = grid.grid(varied)
     runner.require_not_set([key for key, _ in varied], more)
-    goal = grid.Goal(arguments.goal, arguments.largest)
+    goal = _goal(arguments)
     if arguments.truth is None and goal.name.startswith("ape.") and not arguments.merge:
         raise InputError(f"--goal: {goal.name} needs --truth FILE; without the truth take another, such as counts.recalls")
     if arguments.merge:
@@ -97,6 +97,28 @@ def main(argv=None) -> None:
         print(f"wrote {os.path.join(arguments.out, 'sweep.csv')} and its figures")
     if failures:
         raise InputError(f"{len(failures)} of {len(points)} runs failed; the first: {failures[0]}")
+
+
+def _goal(arguments) -> grid.Goal:
+    """The goal asked for. @throws InputError for several"""
+    names = arguments.goal or [grid.Goal().name]
+    if len(names) > 1:
+        raise InputError(
+            f"--goal: {' and '.join(names)} are not allowed together: a sweep has one goal; started again with the other, it "
+            "computes nothing anew"
+        )
+    return grid.Goal(names[0], arguments.largest)
+
+
+def _require_parameters(program: str, config: str, varied, points) -> None:
+    """Refuses names and values that are none before anything is computed. Whether a value is in range is for the runs to say,
+    because it may depend on others. @throws InputError with ratslam_run's message"""
+    for key, values in varied:
+        for value in values:
+            point = next(point for point in points if point[key] == value)
+            found = runner.objection(program, config, point)
+            if found and "(from the command line)" in found[1]:
+                raise InputError(f"--vary: {found[1].replace(' (from the command line)', '')}")
 
 
 def _require_sense(parser, arguments) -> None:
@@ -118,6 +140,7 @@ def compute(arguments, varied, points, goal):
     """Runs the sweep or a shard of it. Returns the results by index of the point (dicts, name: number), and the messages of the
     runs that failed."""
     program = runner.find(arguments.ratslam_run)
+    _require_parameters(program, arguments.config, varied, points)
     known = None if arguments.truth is None else truth.read_truth(arguments.truth, arguments.times)
     odometry = arguments.odometry
 

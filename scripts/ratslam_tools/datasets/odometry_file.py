@@ -2,7 +2,7 @@
 
 import csv
 from dataclasses import dataclass
-from typing import List
+from typing import List, Optional
 
 import numpy as np
 
@@ -83,22 +83,25 @@ class Motions:
     corrected: np.ndarray  # (n,) with the motion over a predicted stretch
 
 
-def read_motions(path: str) -> Motions:
-    """Poses and covariances of a run's odometry.csv. @throws InputError naming file, line and column."""
+def read_motions(path: str) -> Optional[Motions]:
+    """Poses and covariances of a run's odometry.csv; None if it has not both, as where another program measured. Only ORB
+    odometry predicts and corrects, and has columns for it. @throws InputError naming file, line and column."""
     lines = list(text_file.read_lines(path))
     names = split(lines[0][1]) if lines else []
     covariance = [f"cov_{i}{j}" for i in range(1, 7) for j in range(1, 7)]
-    wanted = ["stamp", *POSE, *covariance, "bridged", "correction_from"]
-    missing = [name for name in wanted if name not in names]
+    missing = [name for name in ["stamp", *POSE, *covariance] if name not in names]
+    if "stamp" not in missing and (POSE[0] in missing or set(covariance) <= set(missing)):
+        return None
     if missing:
         raise InputError(f"{path}: its first line names no column {missing[0]}: poses and covariances are asked for")
-    columns = [names.index(name) for name in wanted]
+    wanted = ["stamp", *POSE, *covariance, "bridged", "correction_from"]
+    columns = {place: names.index(name) for place, name in enumerate(wanted) if name in names}
     table = np.full((len(lines) - 1, len(wanted)), np.nan)
     for row, (number, line) in enumerate(lines[1:]):
         words = split(line)
         if len(words) != len(names):
             raise InputError(f"{path}:{number}: {len(words)} values under {len(names)} columns")
-        for place, column in enumerate(columns):
+        for place, column in columns.items():
             if words[column]:
                 table[row, place] = _value(path, number, words, names, wanted[place], row)
     if len(table) == 0:

@@ -39,7 +39,7 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
         return read_truth(poses, times or os.path.join(path, "times.txt"))
     if path.endswith(".bag"):
         require_effect(False, f"{path} has stamps of its own", times=times)
-        return frames.to_base(bags.read_trajectory_topic(path, _truth_topic(path), allow_repeats=True))
+        return frames.to_base(read_bag(path))
     is_kitti = read_table(path).shape[1] == 12
     require_effect(not has_stamps(path), f"{path} has stamps of its own", times=times)
     times = (times or find_times(path)) if is_kitti else None
@@ -50,10 +50,18 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
     return frames.to_base(read_trajectory(path, times=times, allow_repeats=True))
 
 
+def read_bag(path: str) -> Trajectory:
+    """The poses of a bag's only topic named ground_truth, in their own axes. @throws InputError listing the topics"""
+    return bags.read_trajectory_topic(path, _truth_topic(path), allow_repeats=True)
+
+
 def read_plane_poses(path: str) -> Tuple[np.ndarray, np.ndarray]:
-    """Planar truth for each frame from a KITTI file of poses: positions (n, 2), x forward and y to the left [m], and
-    headings (n,), counter-clockwise [rad]. @throws InputError naming the file.
+    """Planar truth for each frame from a KITTI file of poses, or a bag's ground_truth: positions (n, 2), x forward and y to
+    the left [m], and headings (n,), counter-clockwise [rad]. @throws InputError naming the file.
     """
+    if path.endswith(".bag"):
+        poses = read_truth(path)
+        return poses.positions[:, :2], np.arctan2(poses.rotations[:, 1, 0], poses.rotations[:, 0, 0])
     columns = read_table(path).shape[1]
     if columns != 12:
         raise InputError(f"{path}: {columns} numbers a line; KITTI poses have 12")

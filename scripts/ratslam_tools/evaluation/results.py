@@ -1,6 +1,7 @@
 """APE and RPE of estimates against a reference: results with their table rows and records."""
 
 import json
+import sys
 from typing import Dict, List, Optional
 
 from ratslam_tools import text_file
@@ -40,6 +41,20 @@ class Result:
         if self.all_steps is not None:
             record["average_rmse_over_all_steps"] = self.all_steps
         return record
+
+
+def collapse_words(name: str, alignment) -> str:
+    """A clause on a path whose scale has collapsed (association.Alignment.collapsed)."""
+    return (
+        f"no scale fits {name} to the truth: least squares give {alignment.scale:.3g}, and its streets {alignment.length:.2g} times "
+        f"their true length; parts of it are not joined, or lie far from where they were driven"
+    )
+
+
+def tell_collapse(name: str, alignment) -> None:
+    """A note on stderr if the scale of an estimate has collapsed."""
+    if alignment.collapsed:
+        print(f"note: {collapse_words(name, alignment)}", file=sys.stderr)
 
 
 def evaluate_ape(reference, estimates, settings, relation="trans_part") -> List[Result]:
@@ -86,7 +101,7 @@ def evaluate_rpe(
 
 
 def print_results(title: str, reference, results: List[Result]) -> None:
-    """The table on stdout, coverage with every figure."""
+    """The table on stdout, coverage with every figure; notes on stderr."""
     print(title)
     rows = [["estimate", "", *metrics.STATISTICS, "matched", "coverage"]]
     for result in results:
@@ -109,6 +124,7 @@ def print_results(title: str, reference, results: List[Result]) -> None:
             )
     print(format_table(rows))
     for result in results:
+        tell_collapse(result.name, result.compared.alignment)
         if result.compared.alignment.scale != 1.0:
             print(f"scale of {result.name}: {result.compared.alignment.scale:.6g}")
         if result.all_steps is not None:

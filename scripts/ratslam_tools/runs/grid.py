@@ -84,8 +84,8 @@ def folder_name(point: Dict[str, str]) -> str:
     return "_".join(f"{key}={value}" for key, value in point.items()).replace("%", "%25").replace("/", "%2F")
 
 
-def evaluate(folder: str, known, t_max_diff: float) -> Dict[str, float]:
-    """Results of a run folder, by name.
+def evaluate(folder: str, known, t_max_diff: float) -> Tuple[Dict[str, float], List[str]]:
+    """Results of a run folder, by name; and remarks on them.
 
     ape.final.mean and similar ones (also coverage, ground_mean) if the truth is known; every number of the summary's
     counts and timing, such as counts.experiences and timing.odometry; counts.recalls, the number of links by recall.
@@ -103,7 +103,7 @@ def evaluate(folder: str, known, t_max_diff: float) -> Dict[str, float]:
     figures.update({f"timing.{name}": value for name, value in run.timing.items()})
     if run.map is not None:
         figures["counts.recalls"] = float(len(run.map.loop_ends))
-    return figures
+    return figures, [f"no scale fits {name} to the truth; its errors are without scale" for name in aligned.notes]
 
 
 def _judge(known, t_max_diff: float) -> str:
@@ -167,8 +167,9 @@ class Sweep:
         words = self._command(point)
         origin = self._origin(words)  # of before: what changes during the run makes it count as changed
         remarks = self.runner.run(words)
+        figures, more = evaluate(folder, self.known, self.t_max_diff)
+        remarks += more
         self.remarks.append(remarks)
-        figures = evaluate(folder, self.known, self.t_max_diff)
         if not self.keep:
             for name in os.listdir(folder):
                 if name not in ("summary.json", RESULT):

@@ -2,6 +2,8 @@
 timing.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from ratslam_tools import evaluation, plotting
@@ -10,23 +12,24 @@ from ratslam_tools.runs.activity_figure import draw_activity, has_activity
 from ratslam_tools.trajectory.association import MAX_STAMP_DIFFERENCE_S
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs.run_folder import Run
-from ratslam_tools.trajectory import Trajectory
+from ratslam_tools.trajectory import Trajectory, breaks_of
 
 ERROR_STATISTICS = ("mean", "median", "rmse", "max", "min")
 MAX_LINKS_OPAQUE = 200
 
 
 class Aligned:
-    """A run aligned with its truth by similarity. Without truth everything is in the map's frame.
+    """A run aligned with its truth by similarity, or, where no scale fits (association.Alignment.collapsed), by rotation and
+    translation. Without truth everything is in the map's frame.
 
     `paths`: positions (n, 3) [m] of `final` and `online`, all stretches; `nodes`: of the map, by the final trajectory's
     alignment; `results`: APE of the stretches of this run's recording, to which the truth belongs, in the order of
-    run.trajectories, empty without truth.
+    run.trajectories, empty without truth; `notes`: by name, on those that no scale fits.
     """
 
     def __init__(self, run: Run, truth=None, t_max_diff: float = MAX_STAMP_DIFFERENCE_S):
         self.run, self.truth = run, truth
-        self.results = []
+        self.results, self.notes = [], {}
         self.paths = {trajectory.name: trajectory.positions for trajectory in run.trajectories}
         nodes = None
         if run.map is not None:
@@ -36,13 +39,21 @@ class Aligned:
                 align=True, correct_scale=True, t_max_diff=t_max_diff, ref_frame="base", est_frame="base"
             )
             own = [of_this_run(run, trajectory) for trajectory in run.trajectories]
-            self.results = evaluation.evaluate_ape(truth, own, settings)
+            self.results = [self._judged(truth, trajectory, settings) for trajectory in own]
             for trajectory, result in zip(run.trajectories, self.results):
                 self.paths[trajectory.name] = result.compared.alignment.apply(trajectory).positions
             if nodes is not None:
                 alignment = self.results[-1].compared.alignment
                 nodes = alignment.scale * nodes @ alignment.rotation.T + alignment.translation
         self.nodes = nodes
+
+    def _judged(self, truth, trajectory: Trajectory, settings: comparison.Settings) -> evaluation.Result:
+        (result,) = evaluation.evaluate_ape(truth, [trajectory], settings)
+        if not result.compared.alignment.collapsed:
+            return result
+        words = evaluation.collapse_words(trajectory.name, result.compared.alignment)
+        self.notes[trajectory.name] = f"{words}: drawn and evaluated without scale"
+        return evaluation.evaluate_ape(truth, [trajectory], replace(settings, correct_scale=False))[0]
 
 
 def of_this_run(run: Run, trajectory: Trajectory) -> Trajectory:
@@ -75,7 +86,7 @@ def draw_map(axes, aligned: Aligned) -> None:
         )
     for name, colour, width in (("online", plotting.ONLINE, 1.0), ("final", plotting.FINAL, 1.6)):
         if name in aligned.paths:
-            path = getattr(aligned.run, name).with_gaps(aligned.paths[name])
+            path = _with_gaps(aligned.run, getattr(aligned.run, name).stamps, aligned.paths[name])
             axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=width, label=name)
     start = aligned.paths["final"][0]
     axes.plot(
@@ -97,6 +108,12 @@ def draw_map(axes, aligned: Aligned) -> None:
     axes.set_ylabel("y [m]")
     axes.grid(alpha=0.25)
     axes.legend(loc="best", fontsize=8)
+
+
+def _with_gaps(run: Run, stamps, values) -> np.ndarray:
+    """Values (n, ...) for a line, with NaN where time went back or the run says nothing of the way (Run.silence)."""
+    rows = [] if stamps is None else breaks_of(stamps, run.silence(stamps))
+    return np.insert(np.asarray(values, dtype=float), rows, np.nan, axis=0)
 
 
 def draw_loop_links(axes, aligned: Aligned) -> None:
@@ -145,8 +162,9 @@ def draw_templates(axes, run: Run) -> None:
 def draw_template_errors(axes, run: Run) -> None:
     """Distance to the best template over time, where there was a candidate."""
     compared = run.templates["error"] >= 0
-    time = run.templates["stamp"] - run.templates["stamp"][0]
-    axes.plot(time[compared], run.templates["error"][compared], color="0.3", linewidth=0.6)
+    stamps = run.templates["stamp"][compared]
+    time = _with_gaps(run, stamps, stamps - run.templates["stamp"][0])
+    axes.plot(time, _with_gaps(run, stamps, run.templates["error"][compared]), color="0.3", linewidth=0.6)
     _over_time(axes, "match error")
 
 
@@ -214,7 +232,9 @@ def panels(run: Run) -> list:
 
 def error_words(aligned: Aligned) -> str:
     """Mean APE of each trajectory, for a title."""
-    return ", ".join(f"{result.name} APE {result.errors.mean():.3g} m mean" for result in aligned.results)
+    means = [f"{result.name} APE {result.errors.mean():.3g} m mean" for result in aligned.results]
+    without_scale = f"\nwithout scale, as none fits: {', '.join(aligned.notes)}" if aligned.notes else ""
+    return ", ".join(means) + without_scale
 
 
 def map_figure(aligned: Aligned):

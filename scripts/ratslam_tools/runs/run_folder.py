@@ -4,6 +4,7 @@ A figure needs only its own files. Every reader names the file and line of an er
 """
 
 import json
+import math
 import os
 import re
 import zipfile
@@ -22,6 +23,7 @@ LINK_KEYS = ("id", "from", "to", "distance", "heading_rad", "facing_rad", "rise"
 TEMPLATE_COLUMNS = ("stamp", "template_id", "error")
 ACTION_COLUMNS = ("stamp", "action", "dest_id", "x", "y", "th")
 ACTIVITY_COLUMNS = ("stamp", "layer", "row", "column", "activity")
+RARE = 5  # usual steps of time: a longer one is a silence
 ENTRY = re.compile(r"^\s*-\s*\{(.*)\}\s*$")
 
 
@@ -178,6 +180,15 @@ class Run:
         again = int(beginnings) if isinstance(beginnings, (int, float)) and 0 <= beginnings < 1e9 else 0
         count = len(trajectory.stretches)
         return range(max(0, count - 1 - again), count)
+
+    def silence(self, stamps: np.ndarray) -> float:
+        """Time [s] between two stamps of the run for which it says nothing of the way: no line of a figure bridges it. It is the
+        parameter odometry_gap, or more where images are rare; infinite where the summary does not state it."""
+        parameters = self.summary.get("parameters")
+        stated = parameters.get("odometry_gap") if isinstance(parameters, dict) else None
+        if not isinstance(stated, (int, float)) or len(stamps) < 2:
+            return math.inf
+        return max(float(stated), RARE * float(np.median(np.abs(np.diff(stamps)))))
 
     @property
     def timing(self) -> Dict[str, float]:

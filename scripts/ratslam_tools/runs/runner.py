@@ -1,9 +1,11 @@
 """Finding and calling ratslam_run."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 
@@ -77,6 +79,20 @@ def command(
     for key, value in (settings or {}).items():
         words += ["--set", f"{key}={value}"]
     return [*words, *more]
+
+
+def objection(program: str, config: str, settings: Optional[Dict[str, str]] = None) -> Optional[Tuple[str, str]]:
+    """The first parameter that ratslam_run refuses, in a configuration or in what is set on top of it: (parameter, message), or
+    None. It checks parameters before it opens the recording, so a recording that does not exist is given.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        words = command(program, os.path.join(folder, "recording"), config, os.path.join(folder, "out"), settings)
+        try:
+            finished = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
+        except OSError as error:
+            raise InputError(f"{words[0]}: cannot be run: {error.strerror}") from None
+    found = re.search(rf"^{PROGRAM}: ((\w+): .*)$", finished.stderr.decode("utf-8", "replace"), re.MULTILINE)
+    return (found.group(2), found.group(1)) if found else None
 
 
 # Help text of commands that take such options.

@@ -2,6 +2,7 @@
 
 from ratslam_tools.trajectory.poses import (  # noqa: F401
     Trajectory,
+    breaks_of,
     has_stamps,
     later_files,
     read_stretches,

@@ -13,6 +13,10 @@ MIN_MATCHES = 3
 MAX_STAMP_DIFFERENCE_S = 0.01
 # Share of a path's length. A path nearer to a line than the rounding of files counts as a line.
 LINE_WIDTH = 1e-6
+# Shortest that an alignment may make the streets of a map, as a share of the true ones. An odometry whose unit drifts, or that
+# is too slow on fast stretches, leaves them half or a third as long; parts that are not joined, hundredths.
+LEAST_LENGTH = 0.2
+PARTS = 50  # of a path, whose lengths are compared
 
 
 def match_stamps(
@@ -100,10 +104,19 @@ def associate(
 
 
 class Alignment:
-    """Transformation of an estimate to the reference: p' = scale R p + translation."""
+    """Transformation of an estimate to the reference: p' = scale R p + translation.
 
-    def __init__(self, rotation, translation, scale: float):
-        self.rotation, self.translation, self.scale = rotation, translation, scale
+    `length`: how long the fitted scale makes parts of the path, as a share of the reference's (median); 1 if none was fitted.
+    """
+
+    def __init__(self, rotation, translation, scale: float, length: float = 1.0):
+        self.rotation, self.translation, self.scale, self.length = rotation, translation, scale, length
+
+    @property
+    def collapsed(self) -> bool:
+        """Whether the scale shrinks the path to no map of the same world, as where two parts of it are not joined and lie far
+        apart."""
+        return self.length < LEAST_LENGTH
 
     def apply(self, trajectory: Trajectory) -> Trajectory:
         """The trajectory in the reference's world."""
@@ -153,6 +166,19 @@ def fit_alignment(
     rotation, translation, scale = geometry.umeyama(
         reference.positions[rows], estimate.positions[rows], correct_scale
     )
+    length = 1.0
+    if correct_scale:
+        length = scale * _relative_length(reference.positions[rows], estimate.positions[rows])
     if not align:
         rotation, translation = np.eye(3), np.zeros(3)
-    return Alignment(rotation, translation, scale)
+    return Alignment(rotation, translation, scale, length)
+
+
+def _relative_length(reference: np.ndarray, estimate: np.ndarray) -> float:
+    """Median of length of the estimate / length of the reference over the parts of the path; positions (n, 3). A jump between two
+    parts of a map has no effect on it. Of the parts the longer half counts, because the robot may have stood still in others.
+    """
+    ends = np.unique(np.linspace(0, len(reference) - 1, PARTS + 1).round().astype(int))
+    true, found = (np.diff(geometry.path_length(positions)[ends]) for positions in (reference, estimate))
+    driven = (true >= np.median(true)) & (true > 0.0)
+    return float(np.median(found[driven] / true[driven]))

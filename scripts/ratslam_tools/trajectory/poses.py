@@ -25,6 +25,12 @@ MAX_ROTATION_DEFECT = 1e-2
 MAX_NUMBER = 1e12
 
 
+def breaks_of(stamps: np.ndarray, silence: float = math.inf) -> np.ndarray:
+    """Rows before which time went back, or more than `silence` [s] passed."""
+    steps = np.diff(stamps)
+    return np.flatnonzero((steps <= 0) | (steps > silence)) + 1
+
+
 class Trajectory:
     """Poses world <- body: positions (n, 3) [m], rotations (n, 3, 3), stamps (n,) [s] or None where poses are
     numbered.
@@ -53,7 +59,7 @@ class Trajectory:
         """Rows of the poses where time went back, as on another day's drive whose clock began anew. Most trajectories have
         none.
         """
-        return np.zeros(0, dtype=int) if self.stamps is None else np.flatnonzero(np.diff(self.stamps) <= 0) + 1
+        return np.zeros(0, dtype=int) if self.stamps is None else breaks_of(self.stamps)
 
     @property
     def stretches(self) -> List["Trajectory"]:
