@@ -13,7 +13,7 @@ namespace {
 double evenly(double here, double there) { return 0.8 - 0.3 * std::abs(here - there); }
 
 double peakSeenFrom(double here, double before, double after) {
-  return likestBetween({before, evenly(here, before)}, evenly(here, 0.0), {after, evenly(here, after)});
+  return likestBetween({before, evenly(here, before)}, evenly(here, 0.0), {after, evenly(here, after)}, -1.0);
 }
 
 TEST(AlongWay, FindsWhereTheViewIsBetweenThreePlaces) {
@@ -33,10 +33,17 @@ TEST(AlongWay, GoesAtMostHalfTheWayToTheNext) {
 }
 
 TEST(AlongWay, SaysNothingWhereTheMiddleIsTheLeastAlikeOrThePlacesDoNotFollowEachOther) {
-  EXPECT_EQ(likestBetween({-1.0, 0.5}, 0.4, {1.0, 0.6}), 0.0);
-  EXPECT_EQ(likestBetween({-1.0, 0.5}, 0.5, {1.0, 0.5}), 0.0);
-  EXPECT_EQ(likestBetween({0.0, 0.2}, 0.5, {1.0, 0.4}), 0.0);
-  EXPECT_EQ(likestBetween({-1.0, 0.2}, 0.5, {0.0, 0.4}), 0.0);
+  EXPECT_EQ(likestBetween({-1.0, 0.5}, 0.4, {1.0, 0.6}, 0.1), 0.0);
+  EXPECT_EQ(likestBetween({-1.0, 0.5}, 0.5, {1.0, 0.5}, 0.1), 0.0);
+  EXPECT_EQ(likestBetween({0.0, 0.2}, 0.5, {1.0, 0.4}, 0.1), 0.0);
+  EXPECT_EQ(likestBetween({-1.0, 0.2}, 0.5, {0.0, 0.4}, 0.1), 0.0);
+}
+
+/// The next place lies beyond a stretch on which nothing was learned, as in the dark.
+TEST(AlongWay, APlaceBeyondAGapTellsNothing) {
+  EXPECT_EQ(likestBetween({-1.0, 0.5}, 0.8, {13.0, 0.15}, 0.1), 0.0);
+  EXPECT_EQ(likestBetween({-13.0, 0.15}, 0.8, {1.0, 0.5}, 0.1), 0.0);
+  EXPECT_NEAR(likestBetween({-1.0, 0.4}, 0.8, {1.5, 0.35}, 0.1), 0.1875, 1e-12);
 }
 
 constexpr std::size_t kPlaces = 60;

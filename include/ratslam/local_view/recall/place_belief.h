@@ -155,7 +155,7 @@ class PlaceBelief {
   bool deadReckoningKnows(std::uint32_t place) const;
   std::optional<PlaceMass> onTheWay() const;
   double massOf(std::uint32_t place) const;
-  double aheadOf(std::uint32_t place, const ViewLikeness& likeness) const;
+  double aheadOf(std::uint32_t place, const ViewLikeness& likeness, double faded) const;
   std::pair<std::optional<PlaceAhead>, std::optional<PlaceAhead>> neighbours(std::uint32_t place) const;
   bool facesElsewhere(const PlaceVisit& then) const;
   void handOn(const PlaceMass& from, double driven, double sigma);

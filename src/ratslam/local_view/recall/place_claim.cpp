@@ -31,7 +31,7 @@ std::optional<PlaceClaim> PlaceBelief::claim(const ViewLikeness& likeness, const
     claim.place = next->place;
     claim.confidence = std::max(claim.confidence, 1.0 - unknown_);
   }
-  if (measured_ && claim.confidence > kClaim) claim.ahead = aheadOf(claim.place, likeness);
+  if (measured_ && claim.confidence > kClaim) claim.ahead = aheadOf(claim.place, likeness, spread.mean);
   double sum = 0.0;
   for (std::size_t v = 0; v < likeness.variants; ++v) {
     const double z = spread.standardised(likeness.row(v)[claim.place]);
@@ -59,7 +59,7 @@ std::pair<std::optional<PlaceAhead>, std::optional<PlaceAhead>> PlaceBelief::nei
 
 /// Distance of the robot ahead of a place, from the likeness of its neighbours. It can pass the next place by half the
 /// distance to the one after it, because belief lags behind the last view.
-double PlaceBelief::aheadOf(std::uint32_t place, const ViewLikeness& likeness) const {
+double PlaceBelief::aheadOf(std::uint32_t place, const ViewLikeness& likeness, double faded) const {
   const auto believed = [&](std::uint32_t at) {
     double sum = 0.0;
     for (std::size_t v = 0; v < likeness.variants; ++v) {
@@ -75,7 +75,7 @@ double PlaceBelief::aheadOf(std::uint32_t place, const ViewLikeness& likeness) c
   if (likest.place != place) std::tie(before, after) = neighbours(likest.place);
   if (!before || !after) return 0.0;
   return likest.distance + likestBetween({before->distance, believed(before->place)}, believed(likest.place),
-                                         {after->distance, believed(after->place)});
+                                         {after->distance, believed(after->place)}, faded);
 }
 
 /// The most likely place among those that the robot can reach from the known place of the last view. None unless dead
