@@ -5,7 +5,7 @@ import argparse
 import sys
 
 from ratslam_tools import text_file
-from ratslam_tools.datasets import recorder, sources
+from ratslam_tools.datasets import bags, recorder, sources
 from ratslam_tools.trajectory import frames
 from ratslam_tools.errors import InputError, finite, require_effect
 from ratslam_tools.trajectory import has_stamps, read_trajectory, write_kitti, write_tum
@@ -64,7 +64,7 @@ def main(argv=None) -> None:
     arguments = parser.parse_args(argv)
     if (arguments.from_frame is None) != (arguments.to_frame is None):
         raise InputError("--from_frame and --to_frame: give both or neither")
-    if arguments.topic is None and arguments.input.endswith(".bag"):
+    if arguments.topic is None and bags.is_bag(arguments.input):
         raise InputError(f"{arguments.input}: of a bag one topic is converted: --topic NAME")
     from_gps = arguments.source == "gps"
     require_effect(from_gps, "it is about a GPS log (--from gps)", max_accuracy=arguments.max_accuracy)

@@ -19,6 +19,11 @@ from ratslam_tools.trajectory.poses import MAX_NUMBER
 MIN_RECORD_TIME_NS = 1000
 
 
+def is_bag(path: str) -> bool:
+    """Whether a path names a bag: what ends so is read as one."""
+    return path.endswith(".bag")
+
+
 def open_bag(path: str, mode: str = "r"):
     """Opens a rosbag.Bag. @throws InputError for a file that is no complete bag, and without ROS's Python packages.
     """

@@ -4,7 +4,7 @@ import os
 import sys
 from typing import List, Optional
 
-from ratslam_tools.datasets import truth
+from ratslam_tools.datasets import bags, truth
 from ratslam_tools.errors import InputError, require_effect
 from ratslam_tools.trajectory import Trajectory, has_stamps, later_files, read_trajectory
 
@@ -15,7 +15,7 @@ def read_reference(path: str, form: str, times: Optional[str], bag: Optional[str
     """
     if bag is not None:
         return read_topic(bag, path, allow_repeats=True)
-    if truth.is_bag(path):
+    if bags.is_bag(path):
         return truth.read_bag(path)
     return read_trajectory(path, form, times, allow_repeats=True)
 
@@ -24,14 +24,14 @@ def require_effects(paths: List[str], form: str, times: Optional[str], bag: Opti
     """@throws InputError for options that have no effect on any of the trajectories."""
     require_effect(bag is None, "poses of a --bag have stamps of their own", times=times)
     require_effect(bag is None, "of a --bag topics are read", format=None if form == "auto" else form)
-    unstamped = times is None or not all(truth.is_bag(path) or has_stamps(path, form) for path in paths)
+    unstamped = times is None or not all(bags.is_bag(path) or has_stamps(path, form) for path in paths)
     require_effect(unstamped, "only KITTI poses have no stamps of their own, and no file has such", times=times)
 
 
 def read_estimates(paths: List[str], form: str, times: Optional[str], bag: Optional[str]) -> List[Trajectory]:
     """The estimates, with distinct names."""
     for path in paths if bag is None else ():
-        if truth.is_bag(path):
+        if bags.is_bag(path):
             raise InputError(f"{path}: which topic of the bag is the estimate? give --bag {path} REF_TOPIC EST_TOPIC")
     trajectories = [
         read_topic(bag, path) if bag is not None else read_trajectory(path, form, times) for path in paths
@@ -66,6 +66,4 @@ def read_topic(bag: str, topic: str, allow_repeats: bool = False) -> Trajectory:
     """Poses of one topic of a bag (Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, or the
     last Path). @param allow_repeats as in Trajectory.check.
     """
-    from ratslam_tools.datasets import bags  # ROS is needed here only
-
     return bags.read_trajectory_topic(bag, topic, allow_repeats)

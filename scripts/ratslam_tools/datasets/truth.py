@@ -25,10 +25,6 @@ def find_times(path: str) -> Optional[str]:
     return next((candidate for candidate in candidates if os.path.isfile(candidate)), None)
 
 
-def is_bag(path: str) -> bool:
-    return path.endswith(".bag")
-
-
 def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
     """Truth with stamps, x forward and z up.
 
@@ -41,7 +37,7 @@ def read_truth(path: str, times: Optional[str] = None) -> Trajectory:
         if poses is None:
             raise InputError(f"{path}: no poses.txt, and none in ../../poses")
         return read_truth(poses, times or os.path.join(path, "times.txt"))
-    if is_bag(path):
+    if bags.is_bag(path):
         require_effect(False, f"{path} has stamps of its own", times=times)
         return frames.to_base(read_bag(path))
     is_kitti = read_table(path).shape[1] == 12
@@ -63,7 +59,7 @@ def read_plane_poses(path: str) -> Tuple[np.ndarray, np.ndarray]:
     """Planar truth for each frame from a KITTI file of poses, or a bag's ground_truth: positions (n, 2), x forward and y to
     the left [m], and headings (n,), counter-clockwise [rad]. @throws InputError naming the file.
     """
-    if is_bag(path):
+    if bags.is_bag(path):
         poses = read_truth(path)
         return poses.positions[:, :2], np.arctan2(poses.rotations[:, 1, 0], poses.rotations[:, 0, 0])
     columns = read_table(path).shape[1]

@@ -5,6 +5,7 @@ from typing import Dict, List, Optional, Set
 
 import numpy as np
 
+from ratslam_tools.datasets import bags
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs.run_folder import EXPERIENCE_KEYS, Map, Run
 from ratslam_tools.trajectory import Trajectory, geometry
@@ -64,8 +65,6 @@ class RecordedRun(Run):
 
 def _read(path: str) -> Dict[str, list]:
     """Messages by the ends of their topics' names; of the map only the last."""
-    from ratslam_tools.datasets import bags  # ROS is needed here only
-
     found: Dict[str, list] = {}
     with bags.reading(path) as bag:
         topics = {
@@ -137,4 +136,4 @@ def _columns(messages: list, **fields: str) -> Optional[Dict[str, np.ndarray]]:
 
 def open_run(path: str) -> Run:
     """A folder that ratslam_run left, FILE of the nodes' trajectory_file, or a bag of the nodes' topics."""
-    return RecordedRun(path) if path.endswith(".bag") else Run(path)
+    return RecordedRun(path) if bags.is_bag(path) else Run(path)

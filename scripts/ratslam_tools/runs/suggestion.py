@@ -16,7 +16,7 @@ from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ratslam_tools.datasets import image_message, images, recorder
+from ratslam_tools.datasets import bags, image_message, images, recorder
 from ratslam_tools.errors import InputError
 from ratslam_tools.runs import run_folder, runner
 
@@ -61,7 +61,7 @@ class View:
 def sample_images(source: str, frames: int, count: int = 60, view: View = View()) -> List[np.ndarray]:
     """Grey images at equal distances over the first `frames` that runs see of a folder or bag, upright. Unreadable ones are
     left out, as in a run. @throws InputError if none is left"""
-    read = _sample_bag if source.endswith(".bag") else _sample_folder
+    read = _sample_bag if bags.is_bag(source) else _sample_folder
     quarters = int(view.rotate) // 90 if view.rotate in ("90", "180", "270") else 0  # None or 0; a run refuses the rest
     return [np.rot90(image, -quarters) for image in images.with_eight_bits(read(source, frames, count, view))]
 
@@ -99,8 +99,6 @@ def _files_of(source: str, folder: Optional[str]) -> List[str]:
 
 def _sample_bag(path: str, frames: int, count: int, view: View) -> List[np.ndarray]:
     import cv2
-
-    from ratslam_tools.datasets import bags  # ROS is needed here only
 
     sampled, reason = [], ""
     with bags.reading(path) as bag:
