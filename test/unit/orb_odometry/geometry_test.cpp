@@ -24,7 +24,8 @@ std::vector<Eigen::Vector3d> scatteredPoints(int count, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> x(-6, 6), y(-2, 1.6), z(5, 30);
   std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < count; ++i) points.emplace_back(x(random), y(random), z(random));
+  // In braces: compilers disagree about the order of arguments in parentheses, and so about the scene.
+  for (int i = 0; i < count; ++i) points.push_back(Eigen::Vector3d{x(random), y(random), z(random)});
   return points;
 }
 
@@ -171,7 +172,7 @@ TEST(PoseRefinement, EstimatesTheNoiseItself) {
   std::vector<PoseObservation> observations;
   for (const auto& point : scatteredPoints(400, 2)) {
     observations.push_back(
-        {point, camera.project(point) + Eigen::Vector2d(noise(random), noise(random)), 1.0});
+        {point, camera.project(point) + Eigen::Vector2d{noise(random), noise(random)}, 1.0});
   }
   const PoseEstimate estimate = refinePose(camera, RigidTransform{}, observations, RobustLoss{});
   EXPECT_NEAR(estimate.sigma, 0.8, 0.08);
@@ -198,7 +199,7 @@ double meanNormalisedError(double own_sigma, double shared_sigma) {
       const std::pair<int, int> region(static_cast<int>(pixel.x() * 8.0 / camera.width),
                                        static_cast<int>(pixel.y() * 4.0 / camera.height));
       if (shared.count(region) == 0) shared[region] = {normal(random), normal(random)};
-      const Eigen::Vector2d own(normal(random), normal(random));
+      const Eigen::Vector2d own{normal(random), normal(random)};
       observations.push_back({point, pixel + shared_sigma * shared[region] + own_sigma * own, 1.0});
     }
     const PoseEstimate estimate = refinePose(camera, RigidTransform{}, observations, RobustLoss{});
@@ -231,34 +232,57 @@ TEST(Triangulation, FindsExactPointsAndRefusesParallelRays) {
 }
 
 /// Bearings of scattered points in two views, off by `noise`; every third pair is of two different points.
-std::vector<BearingPair> pairsWithOutliers(const RigidTransform& T, double noise) {
+std::vector<BearingPair> pairsWithOutliers(const RigidTransform& T, double noise, unsigned seed = 4) {
   std::vector<BearingPair> pairs;
-  std::mt19937 generator(4);
+  std::mt19937 generator(seed);
   std::normal_distribution<double> error(0.0, noise);
   const auto points = scatteredPoints(150, 7);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d& other = points[i % 3 == 0 ? (i + 50) % points.size() : i];
     const Eigen::Vector2d seen = (T * other).hnormalized();
     pairs.push_back(
-        {points[i].hnormalized(), seen + Eigen::Vector2d(error(generator), error(generator)), noise});
+        {points[i].hnormalized(), seen + Eigen::Vector2d{error(generator), error(generator)}, noise});
   }
   return pairs;
 }
 
-TEST(EssentialMatrix, IsThatOfMostPairsAndContainsTheirMotion) {
-  const RigidTransform truth{expRotation({0.01, -0.2, 0.05}), Eigen::Vector3d(1.0, -0.1, -1.2).normalized()};
-  const auto essential = essentialConsensus(pairsWithOutliers(truth, 2e-4), 80, ConsensusParams{});
+RigidTransform turnInABend() {
+  return {expRotation({0.01, -0.2, 0.05}), Eigen::Vector3d(1.0, -0.1, -1.2).normalized()};
+}
+
+Eigen::Matrix3d essentialOf(const RigidTransform& T) {
+  return skew(T.translation) * T.rotation.toRotationMatrix() / std::sqrt(2.0);
+}
+
+/// An essential matrix has no sign.
+double difference(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return std::min((a - b).norm(), (a + b).norm());
+}
+
+TEST(EssentialMatrix, IsThatOfMostPairs) {
+  const auto essential = essentialConsensus(pairsWithOutliers(turnInABend(), 1e-9), 80, ConsensusParams{});
   ASSERT_TRUE(essential);
   EXPECT_NEAR(essential->norm(), 1.0, 1e-12);
-  const Eigen::Matrix3d expected =
-      skew(truth.translation) * truth.rotation.toRotationMatrix() / std::sqrt(2.0);
-  EXPECT_LT(std::min((*essential - expected).norm(), (*essential + expected).norm()), 0.02);
+  EXPECT_LT(difference(*essential, essentialOf(turnInABend())), 1e-5);
+}
+
+TEST(EssentialMatrix, IsAsGoodAsItsBestSample) {
+  // About 130 of 1000 samples are clean. Any of them may be off by 0.1, the best of 7 by 0.05, the best of all by 0.01.
+  for (unsigned noise = 0; noise < 20; ++noise) {
+    const auto essential =
+        essentialConsensus(pairsWithOutliers(turnInABend(), 2e-4, noise), 80, {0.99, 1000, 1000});
+    ASSERT_TRUE(essential);
+    EXPECT_LT(difference(*essential, essentialOf(turnInABend())), 0.02) << "noise " << noise;
+  }
+}
+
+TEST(EssentialMatrix, ContainsItsMotion) {
+  const RigidTransform truth = turnInABend();
+  const Eigen::Matrix3d expected = essentialOf(truth);
   int near_truth = 0;
   for (const RigidTransform& motion : decomposeEssential(expected)) {
     EXPECT_NEAR(motion.translation.norm(), 1.0, 1e-12);
-    const Eigen::Matrix3d back =
-        skew(motion.translation) * motion.rotation.toRotationMatrix() / std::sqrt(2.0);
-    EXPECT_LT(std::min((back - expected).norm(), (back + expected).norm()), 1e-9);
+    EXPECT_LT(difference(essentialOf(motion), expected), 1e-9);
     if (angleBetween(motion, truth) < 1e-9 && (motion.translation - truth.translation).norm() < 1e-9)
       ++near_truth;
   }
