@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <stdexcept>
 
 namespace ratslam::fuzz {
@@ -37,7 +38,8 @@ void mayRefuse(const std::function<void()>& action) {
   }
   // The standard library's own words (stod, stoll) say nothing to a user.
   const std::string last = said.substr(said.rfind(' ') + 1);
-  const bool of_library = last.size() < 6 && last.compare(0, 3, "sto") == 0;
+  const std::set<std::string> library{"stoi", "stol", "stoll", "stoul", "stoull", "stof", "stod", "stold"};
+  const bool of_library = library.count(last) != 0;
   const bool printable = std::none_of(said.begin(), said.end(),
                                       [](char letter) { return static_cast<unsigned char>(letter) < 0x20; });
   const bool clear = said.size() > 8 && said.size() < kLongest && printable && !of_library;

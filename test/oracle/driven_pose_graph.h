@@ -19,7 +19,7 @@ struct DrivenPoseGraph {
                                 : compose(solver.framePose(graph, robot.frame), robot.motion.pose));
       robot = solver.create(graph, robot, nullptr);
     } else if (step.action.kind == ActionKind::kCreateEdge) {
-      robot = solver.recall(graph, step.action.dest_id, robot, 0.0, nullptr);
+      robot = solver.recall(graph, step.action.dest_id, robot, 0.0, nullptr).value_or(robot);
     }
   }
 

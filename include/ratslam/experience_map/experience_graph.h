@@ -37,12 +37,12 @@ struct Experience {
 struct Link {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
-  double distance = 0.0;                  ///< in the odometry's unit
-  double heading_rad = 0.0;               ///< direction of the displacement relative to the heading of `from`
-  double facing_rad = 0.0;                ///< change of heading
-  double rise = 0.0;                      ///< change of height, in the odometry's unit
-  double duration_s = 0.0;                ///< time from leaving `from` to reaching `to`
-  bool recall = false;                    ///< `to` was recalled; else it was created when the link was made
+  double distance = 0.0;     ///< in the odometry's unit
+  double heading_rad = 0.0;  ///< direction of the displacement relative to the heading of `from`
+  double facing_rad = 0.0;   ///< change of heading
+  double rise = 0.0;         ///< change of height, in the odometry's unit
+  double duration_s = 0.0;   ///< time from leaving `from` to reaching `to`, without stops (measuredLink)
+  bool recall = false;       ///< `to` was recalled; else it was created when the link was made
   std::uint32_t next_outgoing = kNoLink;  ///< next younger link that starts at `from`
   std::uint32_t next_incoming = kNoLink;  ///< next younger link that ends at `to`
 

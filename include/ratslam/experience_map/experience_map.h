@@ -124,6 +124,9 @@ class ExperienceMap {
   bool tellsPlace(const TopologicalAction& action) const;
   /// Takes over the place that the solver has given to the robot.
   void place(const RobotPlace& placed);
+  /// Sets the time of the latest decision that the map has used.
+  void stayFrom(Stamp stamp);
+  void reach(std::uint32_t experience);
   void create(const RecallGeometry* geometry);
   /// Places the robot at the recalled experience without changing the map.
   void locate(const TopologicalAction& action, const RecallGeometry* geometry);
@@ -144,7 +147,10 @@ class ExperienceMap {
   Eigen::Quaterniond tilt_ = Eigen::Quaterniond::Identity();
   std::optional<std::uint32_t> current_;
   std::optional<Stamp> clock_;
+  /// The experience where the pose cells believe the robot is, after a recall that the map has ignored.
+  std::optional<std::uint32_t> ignored_;
   Stamp current_since_ = 0;
+  Stamp stood_ns_ = 0;  ///< how long the robot has stood still since
   double unit_sigma_ = 0.0;
 };
 

@@ -39,6 +39,12 @@ bool needsFrame(std::uint64_t bridged_steps) {
   return bridged_steps <= kEach || (bridged_steps & (bridged_steps - 1)) == 0;
 }
 
+/// Whether the robot stands: it is slower than 1 cm/s and 0.5 deg/s.
+bool stands(const OdometryStep& step, double seconds) {
+  return std::hypot(step.forward, step.left, step.up) <= 0.01 * seconds &&
+         std::abs(step.rotation) <= degreesToRadians(0.5) * seconds;
+}
+
 /// Whether a sample after `first` has a frame that is older than that sample. Then the robot was placed on known
 /// ground since: its place no longer depends on the motion before.
 bool comesToOldFrame(const std::vector<Trajectory::Sample>& samples, std::size_t first) {
@@ -133,7 +139,7 @@ ExperienceMap::ExperienceMap(const ExperienceMapParams& params)
 }
 
 void ExperienceMap::start(Stamp stamp) {
-  current_since_ = stamp;  // no link crosses the jump, so the time before it is not needed
+  stayFrom(stamp);  // no link crosses the jump, so the time before it is not needed
   robot_.lost = current_.has_value();
   clock_ = stamp;
   record();
@@ -175,6 +181,7 @@ void ExperienceMap::integrate(Stamp end, const OdometryStep& step) {
   }
   robot_.motion.add(carried);
   tilt_ = step.tilt;
+  if (stands(step, secondsBetween(*clock_, end))) stood_ns_ += end - *clock_;
   clock_ = end;
   solver_->resume(graph_);
   if (current_) planner_.update(graph_, *current_, *clock_);
@@ -225,7 +232,7 @@ void ExperienceMap::apply(const TopologicalAction& action, const RecallGeometry*
       recall(action, geometry);
       break;
   }
-  current_since_ = *clock_;
+  if (!ignored_) stayFrom(*clock_);
   solver_->update(graph_, robot_);
   planner_.update(graph_, *current_, *clock_);
   record();
@@ -282,7 +289,7 @@ void ExperienceMap::checkAction(const TopologicalAction& action, const RecallGeo
     if (action.dest_id != experiences) reject("the next new experience is " + std::to_string(experiences));
   } else {
     if (action.dest_id >= experiences) reject("there is no experience " + std::to_string(action.dest_id));
-    if (action.dest_id == *current_) reject("the robot is at that experience already");
+    if (action.dest_id == ignored_.value_or(*current_)) reject("the robot is at that experience already");
   }
   if (!std::isfinite(action.relative_rad)) reject("relative_rad is not finite");
   if (geometry != nullptr && !finite(*geometry)) {
@@ -299,7 +306,7 @@ void ExperienceMap::create(const RecallGeometry* geometry) {
     graph_.addLink(measuredLink(id, 0.0));
   }
   place(solver_->create(graph_, robot_, geometry));
-  current_ = id;
+  reach(id);
 }
 
 void ExperienceMap::place(const RobotPlace& placed) {
@@ -310,6 +317,16 @@ void ExperienceMap::place(const RobotPlace& placed) {
   robot_ = placed;
 }
 
+void ExperienceMap::stayFrom(Stamp stamp) {
+  current_since_ = stamp;
+  stood_ns_ = 0;
+}
+
+void ExperienceMap::reach(std::uint32_t experience) {
+  current_ = experience;
+  ignored_.reset();
+}
+
 bool ExperienceMap::tellsPlace(const TopologicalAction& action) const {
   return action.kind != ActionKind::kSetNode || !solver_->corrects() || robot_.lost;
 }
@@ -317,21 +334,33 @@ bool ExperienceMap::tellsPlace(const TopologicalAction& action) const {
 void ExperienceMap::locate(const TopologicalAction& action, const RecallGeometry* geometry) {
   if (action.kind != ActionKind::kCreateEdge && action.kind != ActionKind::kSetNode) return;
   if (tellsPlace(action)) place(solver_->locate(action.dest_id, action.relative_rad, geometry));
-  current_ = action.dest_id;
-  current_since_ = *clock_;
+  reach(action.dest_id);
+  stayFrom(*clock_);
   planner_.update(graph_, *current_, *clock_);
   record();
 }
 
 void ExperienceMap::recall(const TopologicalAction& action, const RecallGeometry* geometry) {
   const std::uint32_t id = action.dest_id;
-  if (action.kind == ActionKind::kCreateEdge && !robot_.lost && !graph_.linked(*current_, id)) {
-    Link link = measuredLink(id, action.relative_rad);
+  const bool was_lost = robot_.lost;
+  // The robot may be there already: the pose cells come back from a recall that was ignored.
+  const bool moves = id != *current_;
+  Link link;
+  if (moves && !was_lost) link = measuredLink(id, action.relative_rad);
+  if (tellsPlace(action)) {
+    const std::optional<RobotPlace> placed =
+        solver_->recall(graph_, id, robot_, action.relative_rad, geometry);
+    if (!placed) {
+      ignored_ = id;
+      return;
+    }
+    place(*placed);
+  }
+  if (action.kind == ActionKind::kCreateEdge && moves && !was_lost && !graph_.linked(*current_, id)) {
     link.recall = true;
     graph_.addLink(link);
   }
-  if (tellsPlace(action)) place(solver_->recall(graph_, id, robot_, action.relative_rad, geometry));
-  current_ = id;
+  reach(id);
 }
 
 Link ExperienceMap::measuredLink(std::uint32_t to, double relative_rad) const {
@@ -345,7 +374,9 @@ Link ExperienceMap::measuredLink(std::uint32_t to, double relative_rad) const {
   link.heading_rad = std::atan2(measured.y, measured.x);
   link.facing_rad = wrapAngle(measured.yaw + (params_.relaxes() ? relative_rad : -relative_rad));
   link.rise = measured.z;
-  link.duration_s = secondsBetween(current_since_, *clock_);
+  // A goal's path takes no part of a stop on the way. OpenRatSLAM's arithmetic counts it.
+  link.duration_s = secondsBetween(current_since_, *clock_) -
+                    (params_.relaxes() ? 0.0 : 1e-9 * static_cast<double>(stood_ns_));
   return link;
 }
 

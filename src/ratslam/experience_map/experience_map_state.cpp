@@ -17,7 +17,9 @@ void ExperienceMap::save(State& state) const {
   state.set("tilt", tilt_);
   state.set("current", current_);
   state.set("clock", clock_);
+  state.set("ignored", ignored_);
   state.set("current_since", current_since_);
+  state.set("stood_ns", stood_ns_);
   state.set("unit_sigma", unit_sigma_);
   state.set("bridged_steps", bridged_steps_);
 }
@@ -31,7 +33,9 @@ void ExperienceMap::load(const State& state) {
   state.get("tilt", tilt_);
   state.get("current", current_);
   state.get("clock", clock_);
+  state.get("ignored", ignored_);
   state.get("current_since", current_since_);
+  state.get("stood_ns", stood_ns_);
   state.get("unit_sigma", unit_sigma_);
   state.get("bridged_steps", bridged_steps_);
   if (current_.value_or(0) >= std::max<std::size_t>(graph_.experiences().size(), 1)) {

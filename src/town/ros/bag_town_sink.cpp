@@ -14,6 +14,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 #include <system_error>
+#include <vector>
 
 #include "ratslam/common/atomic_file.h"
 #include "ratslam/common/params.h"
@@ -190,8 +191,9 @@ bool BagTownSink::closed() {
     bag_->close();
     return true;
   } catch (const rosbag::BagException&) {
-    // A bag closes itself again when it is destroyed, and what it throws there ends the program.
-    bag_.release();  // NOLINT(bugprone-unused-return-value)
+    // A bag closes itself again when it is destroyed, and what it throws there ends the program. So it is never destroyed.
+    static auto* const unclosed = new std::vector<rosbag::Bag*>;
+    unclosed->push_back(bag_.release());
     return false;
   }
 }

@@ -20,7 +20,7 @@ class Recall {
   MapPose recall(const RelativePose& reckoned, const RecallGeometry* geometry) {
     robot_.motion.pose = reckoned;
     robot_.motion.length = 1000.0;
-    robot_ = solver_.recall(graph_, 0, robot_, 0.0, geometry);
+    robot_ = solver_.recall(graph_, 0, robot_, 0.0, geometry).value();
     solver_.settle(graph_);
     return solver_.framePose(graph_, robot_.frame);
   }

@@ -67,13 +67,14 @@ class MapSolver {
                             const RecallGeometry* geometry) = 0;
 
   /// Places the robot at a recalled experience. @param relative_rad heading now relative to that of the
-  /// experience [rad]. @param geometry of its template, or null. @return the robot's new place.
-  virtual RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
-                            double relative_rad, const RecallGeometry* geometry) = 0;
+  /// experience [rad]. @param geometry of its template, or null. @return the robot's new place; none if the recall
+  /// is ignored.
+  virtual std::optional<RobotPlace> recall(const ExperienceGraph& graph, std::uint32_t experience,
+                                           const RobotPlace& robot, double relative_rad,
+                                           const RecallGeometry* geometry) = 0;
 
   /// Place of the robot at a recalled experience of a map that may not change. The parameters are those of recall().
-  virtual RobotPlace locate(std::uint32_t experience, double relative_rad,
-                            const RecallGeometry* geometry) const {
+  virtual RobotPlace locate(std::uint32_t experience, double relative_rad, const RecallGeometry* geometry) {
     RobotPlace found{frameOf(experience), Motion{}};
     found.motion.pose.yaw = wrapAngle(relative_rad);
     if (geometry != nullptr) found.motion.pose.x = geometry->ahead;

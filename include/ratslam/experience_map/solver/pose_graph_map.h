@@ -44,10 +44,10 @@ class PoseGraphMap : public MapSolver {
   std::uint32_t frameOf(std::uint32_t experience) const override { return nodes_[experience]; }
   RobotPlace create(const ExperienceGraph& graph, const RobotPlace& robot,
                     const RecallGeometry* geometry) override;
-  RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
-                    double relative_rad, const RecallGeometry* geometry) override;
-  RobotPlace locate(std::uint32_t experience, double relative_rad,
-                    const RecallGeometry* geometry) const override;
+  std::optional<RobotPlace> recall(const ExperienceGraph& graph, std::uint32_t experience,
+                                   const RobotPlace& robot, double relative_rad,
+                                   const RecallGeometry* geometry) override;
+  RobotPlace locate(std::uint32_t experience, double relative_rad, const RecallGeometry* geometry) override;
   RobotPlace anchor(const ExperienceGraph& graph, const RobotPlace& robot) override;
   std::optional<Eigen::Matrix4d> covariance(const RobotPlace& robot) const override;
   bool corrects() const override { return !nodes_.empty(); }
@@ -85,6 +85,8 @@ class PoseGraphMap : public MapSolver {
   Constraint chainConstraint(const RobotPlace& robot) const;
   /// Covariance of the newest node, once the solver has reached an optimum.
   void takeCovariance();
+  /// Covariance of any node, in a map to which nothing is added meanwhile.
+  NodeCovariance covarianceAt(std::uint32_t node);
   NodeCovariance carried(const Constraint& constraint, const NodeCovariance& covariance) const;
   void setWeights(Constraint& constraint, const Eigen::Matrix4d& covariance) const;
   Constraint recallConstraint(std::uint32_t experience, double relative_rad,
@@ -125,6 +127,7 @@ class PoseGraphMap : public MapSolver {
   /// Covariance of the newest node, or of the node beside which the robot is placed.
   NodeCovariance newest_covariance_ = NodeCovariance::Zero();
   std::map<std::uint32_t, NodeCovariance> ground_;  ///< of the nodes beside which it has been placed
+  std::vector<NodeCovariance> along_chain_;         ///< of each node (covarianceAt); empty if not computed
   bool recalled_ = false;  ///< the last action added evidence; after a mere creation nothing is left to solve
   /// Disagreement of recalls with the map that is still to be corrected [standard deviations of place].
   double disagreement_ = 0.0;

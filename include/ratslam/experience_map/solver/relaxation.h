@@ -32,8 +32,9 @@ class Relaxation : public MapSolver {
   std::size_t frames() const override { return facings_.size(); }
   RobotPlace create(const ExperienceGraph& graph, const RobotPlace& robot,
                     const RecallGeometry* geometry) override;
-  RobotPlace recall(const ExperienceGraph& graph, std::uint32_t experience, const RobotPlace& robot,
-                    double relative_rad, const RecallGeometry* geometry) override;
+  std::optional<RobotPlace> recall(const ExperienceGraph& graph, std::uint32_t experience,
+                                   const RobotPlace& robot, double relative_rad,
+                                   const RecallGeometry* geometry) override;
 
   /// Does the sweeps. The robot keeps its heading in the map.
   void update(ExperienceGraph& graph, RobotPlace& robot) override;

@@ -99,10 +99,11 @@ RobotPlace PoseGraphMap::create(const ExperienceGraph& graph, const RobotPlace& 
   return {node, Motion{}};
 }
 
-RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience, const RobotPlace& robot,
-                                double relative_rad, const RecallGeometry* geometry) {
+std::optional<RobotPlace> PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience,
+                                               const RobotPlace& robot, double relative_rad,
+                                               const RecallGeometry* geometry) {
   Constraint constraint = recallConstraint(experience, relative_rad, geometry);
-  if (strayed(experience, constraint, robot)) return robot;
+  if (strayed(experience, constraint, robot)) return std::nullopt;
   if (onKnownGround(experience, constraint, robot)) return pass(constraint, robot);
   ++recalls_[experience];
   beside_.reset();
@@ -117,17 +118,21 @@ RobotPlace PoseGraphMap::recall(const ExperienceGraph&, std::uint32_t experience
   const auto& nodes = pose_graph_.nodes();
   disagreement_ = std::max(
       disagreement_, PoseGraph::residual(constraint, nodes[constraint.from], nodes[constraint.to]).norm());
-  return {constraint.to, Motion{}};
+  return RobotPlace{constraint.to, Motion{}};
 }
 
 RobotPlace PoseGraphMap::locate(std::uint32_t experience, double relative_rad,
-                                const RecallGeometry* geometry) const {
+                                const RecallGeometry* geometry) {
   const Constraint at = recallConstraint(experience, relative_rad, geometry);
   const double unit = pose_graph_.nodes()[at.from].scale();
   RobotPlace found{at.from, Motion{}};
   found.motion.pose = at.measured;
   found.motion.pose.x /= unit;
   found.motion.pose.y /= unit;
+  const Eigen::Vector4d units(1.0 / unit, 1.0 / unit, 1.0 / unit, 1.0);
+  found.motion.error.covariance = units.asDiagonal() * covarianceOf(at) * units.asDiagonal();
+  beside_ = at.from;
+  newest_covariance_ = covarianceAt(at.from);
   return found;
 }
 
@@ -145,8 +150,8 @@ RobotPlace PoseGraphMap::anchor(const ExperienceGraph&, const RobotPlace& robot)
   const RelativePose& pose = robot.motion.pose;
   const RelativePose& at = robot.standing.at;
   const bool still = pose.x == at.x && pose.y == at.y && pose.z == at.z && pose.yaw == at.yaw;
-  if (nodes_.empty() || robot.lost || still) return robot;
-  beside_.reset();
+  // On known ground the next recall places the robot anew, whatever the motion was. Frames would only add up.
+  if (nodes_.empty() || robot.lost || robot.standing.beside || still) return robot;
   return {extendChain(robot), Motion{}};
 }
 
@@ -197,6 +202,7 @@ std::uint32_t PoseGraphMap::extendChain(const RobotPlace& robot) {
   end.log_scale *= robot.motion.error.scale_kept;
   Constraint chain = chainConstraint(robot);
   newest_covariance_ = carried(chain, newest_covariance_);
+  along_chain_.clear();
   chain.to = pose_graph_.addNode(end);
   pose_graph_.addConstraint(chain);
   return chain.to;
@@ -230,6 +236,20 @@ void PoseGraphMap::takeCovariance() {
     if (constraint.from < known->first) newest_covariance_ = *solver_.covarianceOf(constraint.from);
     newest_covariance_ = carried(constraint, newest_covariance_);
   }
+}
+
+NodeCovariance PoseGraphMap::covarianceAt(std::uint32_t node) {
+  if (const auto known = solver_.covarianceOf(node)) return *known;
+  // Without a recall there is no optimum: errors add up along the chain.
+  if (along_chain_.empty()) {
+    along_chain_.assign(pose_graph_.nodes().size(), NodeCovariance::Zero());
+    for (const Constraint& constraint : pose_graph_.constraints()) {
+      if (constraint.closes()) continue;
+      const auto known = solver_.covarianceOf(constraint.to);
+      along_chain_[constraint.to] = known ? *known : carried(constraint, along_chain_[constraint.from]);
+    }
+  }
+  return along_chain_[node];
 }
 
 Constraint PoseGraphMap::chainConstraint(const RobotPlace& robot) const {
@@ -362,6 +382,7 @@ void PoseGraphMap::load(const State& state) {
 
 void PoseGraphMap::work(ExperienceGraph& graph, std::int64_t amount) {
   if (!solver_.advance(pose_graph_, amount)) return;
+  along_chain_.clear();
   // The size of the last step estimates the remaining distance from the optimum.
   disagreement_ = solver_.settled(pose_graph_) ? 0.0 : solver_.lastStep() / spread_.place();
   if (solver_.settled(pose_graph_)) {

@@ -55,8 +55,8 @@ RobotPlace Relaxation::create(const ExperienceGraph& graph, const RobotPlace&, c
   return {static_cast<std::uint32_t>(graph.experiences().size() - 1), Motion{}};
 }
 
-RobotPlace Relaxation::recall(const ExperienceGraph&, std::uint32_t experience, const RobotPlace&,
-                              double relative_rad, const RecallGeometry*) {
+std::optional<RobotPlace> Relaxation::recall(const ExperienceGraph&, std::uint32_t experience,
+                                             const RobotPlace&, double relative_rad, const RecallGeometry*) {
   RobotPlace robot{experience, Motion{}};
   robot.motion.pose.yaw = wrapAngle(relative_rad);
   return robot;
