@@ -122,7 +122,7 @@ void exportGeojson(std::ostream& out, const MapCheckpoint& map, const MapAnchor&
     const MapPose& pose = graph.pose(id);
     const double north = pose.x * std::cos(bearing) + pose.y * std::sin(bearing);
     const double east = pose.x * std::sin(bearing) - pose.y * std::cos(bearing);
-    out << '[' << anchor.longitude_deg + east / east_radius * 180.0 / kPi << ", "
+    out << '[' << std::remainder(anchor.longitude_deg + east / east_radius * 180.0 / kPi, 360.0) << ", "
         << anchor.latitude_deg + north / north_radius * 180.0 / kPi << ']';
   };
   out << std::setprecision(12) << "{\"type\": \"FeatureCollection\", \"features\": [";

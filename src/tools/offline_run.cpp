@@ -345,7 +345,8 @@ void OfflineRun::sayWhatOdometryLacks() const {
     say(count(
             pipeline_->unmeasuredStretches(),
             " stretches between samples of odometry are not measured: they last longer than odometry_gap (") +
-        shortText(params_.odometry_stream.odometry_gap) + " s), or the pose jumps");
+        shortText(params_.odometry_stream.odometry_gap) +
+        " s), the pose jumps, or the odometry predicts them and states no covariance");
   }
 }
 

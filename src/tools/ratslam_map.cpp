@@ -149,9 +149,13 @@ MapAnchor parseAnchor(const std::string& text) {
   for (const std::string& word : words) {
     if (double number = 0.0; parseNumber(word, number)) numbers.push_back(number);
   }
-  if (words.size() != 3 || numbers.size() != 3 || !(std::abs(numbers[0]) < 90.0) ||
-      !(std::abs(numbers[1]) <= 180.0)) {
-    throw std::invalid_argument("--anchor '" + text + "': it must be LAT,LON,BEARING in degrees");
+  // Nearer to a pole the plane of a map is no patch of longitudes and latitudes.
+  if (words.size() != 3 || numbers.size() != 3 || !(std::abs(numbers[0]) <= 85.0) ||
+      !(std::abs(numbers[1]) <= 180.0) || !(std::abs(numbers[2]) <= 360.0)) {
+    throw std::invalid_argument(
+        "--anchor '" + text +
+        "': it must be LAT,LON,BEARING in degrees: a latitude of -85 to 85, a longitude of -180 to "
+        "180, and a bearing of -360 to 360");
   }
   return {numbers[0], numbers[1], numbers[2]};
 }

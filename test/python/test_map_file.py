@@ -172,9 +172,10 @@ def test_tools_read_what_is_in_a_map(programs, whole, tmp_path):
     assert len(graph.edges) == rows.execute("SELECT count(*) FROM link").fetchone()[0]
 
 
-def test_geojson_lies_about_its_anchor(programs, whole, tmp_path):
+@pytest.mark.parametrize("anchor", (8.4, 180.0, -180.0))
+def test_geojson_lies_about_its_anchor(programs, whole, tmp_path, anchor):
     path = tmp_path / "map.geojson"
-    words = ("--format", "geojson", "--anchor=49.0,8.4,90", "-o", path)
+    words = ("--format", "geojson", f"--anchor=49.0,{anchor},90", "-o", path)
     succeed(programs[2], "export", whole / "map.db", *words)
     content = json.loads(path.read_text())
     assert content["type"] == "FeatureCollection" and content["features"]
@@ -182,7 +183,8 @@ def test_geojson_lies_about_its_anchor(programs, whole, tmp_path):
         assert feature["type"] == "Feature" and feature["geometry"]["type"] in ("Point", "LineString")
         place = feature["geometry"]["coordinates"]
         longitude, latitude = place if feature["geometry"]["type"] == "Point" else place[0]
-        assert abs(longitude - 8.4) < 0.02 and abs(latitude - 49.0) < 0.02
+        assert abs((longitude - anchor + 180) % 360 - 180) < 0.02 and abs(latitude - 49.0) < 0.02
+        assert -180 <= longitude <= 180
 
 
 def test_a_pruned_map_is_smaller_and_sound(programs, drive, whole, tmp_path):
@@ -333,6 +335,8 @@ def test_what_has_no_effect_on_a_map_is_refused(programs, parts, tmp_path):
         (("check", "--format", "tum"), "--format has no effect here"),
         (("export", "--format", "tum", "--anchor=1,2,3", *out), "--anchor has no effect here"),
         (("export", "--format", "geojson", "--anchor=1,x,2,3", *out), "must be LAT,LON,BEARING"),
+        (("export", "--format", "geojson", "--anchor=89,2,3", *out), "a latitude of -85 to 85"),
+        (("export", "--format", "geojson", "--anchor=1,2,1e300", *out), "a bearing of -360 to 360"),
         (("export", *out), "export needs --format"),
     ):
         done = call(programs[2], words[0], parts / "first.db", *words[1:])
