@@ -298,6 +298,15 @@ def test_a_map_is_not_merged_with_what_was_made_from_it(programs, parts, tmp_pat
     assert done.returncode == 1 and "merge takes maps of different drives" in done.stderr, done.stderr
 
 
+def test_a_drive_is_not_merged_twice(programs, parts, tmp_path):
+    first, second, both = parts / "first.db", parts / "second.db", tmp_path / "both.db"
+    succeed(programs[2], "merge", first, second, "-o", both)
+    for one, other in ((both, first), (both, second), (second, both)):
+        done = call(programs[2], "merge", one, other, "-o", tmp_path / "again.db")
+        assert done.returncode == 1 and "merge takes maps of different drives" in done.stderr, done.stderr
+    succeed(programs[2], "merge", both, parts / "last.db", "-o", tmp_path / "all.db")
+
+
 def test_nothing_is_invented_where_a_map_has_a_break(programs, drive, tmp_path):
     town = drive[0]
     shutil.copytree(town, tmp_path / "again")

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ratslam/common/state.h"
+#include "ratslam/system/map_store.h"
 
 namespace ratslam {
 
@@ -17,8 +18,10 @@ std::string misfitOf(const State& map);
 /// @throws std::runtime_error naming the part that is missing: a node's checkpoint holds only one
 void requireAllParts(const std::string& name, const State& map);
 
-/// Whether one map holds the drive of the other one: it was pruned, or continued. Its templates then begin alike.
-bool holdTheSameDrive(const State& a, const State& b);
+/// Whether both maps hold the same drive. If one was pruned or continued, their templates begin alike. In a merged map
+/// the templates of the second drive come last: then a session that both maps have tells. Two maps of one session each
+/// are compared by their templates alone, because stamps of recordings often begin with 0.
+bool holdTheSameDrive(const MapCheckpoint& a, const MapCheckpoint& b);
 
 /// All differences between the parts, including those that only prevent a merge.
 std::vector<std::string> misfitsOf(const State& map);

@@ -60,6 +60,23 @@ std::string differ(std::size_t pose_cells, std::size_t map) {
          " and " + std::to_string(map);
 }
 
+bool templatesBeginAlike(const State& a, const State& b) {
+  const State* of_a = a.find("local_view/templates");
+  const State* of_b = b.find("local_view/templates");
+  if (rowsOf(of_a) == 0 || rowsOf(of_b) == 0) return false;
+  const std::vector<std::uint8_t>& first = of_a->array("values").bytes;
+  const std::vector<std::uint8_t>& second = of_b->array("values").bytes;
+  const auto count = static_cast<std::ptrdiff_t>(std::min(first.size(), second.size()));
+  return count > 0 && std::equal(first.begin(), first.begin() + count, second.begin());
+}
+
+bool haveACommonSession(const std::vector<MapSession>& a, const std::vector<MapSession>& b) {
+  if (a.size() <= 1 && b.size() <= 1) return false;
+  return std::any_of(a.begin(), a.end(), [&b](const MapSession& session) {
+    return std::find(b.begin(), b.end(), session) != b.end();
+  });
+}
+
 }  // namespace
 
 std::string misfitOf(const State& map) {
@@ -95,14 +112,8 @@ void requireAllParts(const std::string& name, const State& map) {
   }
 }
 
-bool holdTheSameDrive(const State& a, const State& b) {
-  const State* of_a = a.find("local_view/templates");
-  const State* of_b = b.find("local_view/templates");
-  if (rowsOf(of_a) == 0 || rowsOf(of_b) == 0) return false;
-  const std::vector<std::uint8_t>& first = of_a->array("values").bytes;
-  const std::vector<std::uint8_t>& second = of_b->array("values").bytes;
-  const auto count = static_cast<std::ptrdiff_t>(std::min(first.size(), second.size()));
-  return count > 0 && std::equal(first.begin(), first.begin() + count, second.begin());
+bool holdTheSameDrive(const MapCheckpoint& a, const MapCheckpoint& b) {
+  return templatesBeginAlike(a.state, b.state) || haveACommonSession(a.sessions, b.sessions);
 }
 
 }  // namespace ratslam

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -14,9 +12,8 @@
 #include <vector>
 
 #include "ratslam/common/angles.h"
-#include "ratslam/experience_map/solver/pose_graph.h"
-#include "ratslam/experience_map/solver/standing.h"
 #include "ratslam/system/map_fit.h"
+#include "ratslam/system/map_merge_drive.h"
 #include "ratslam/system/pipeline.h"
 
 namespace ratslam {
@@ -24,9 +21,6 @@ namespace {
 
 /// Least time between two views of the same experience, like the period of a camera.
 constexpr double kViewPeriod = 0.1;  // [s]
-/// Longer steps of a thinned path are divided.
-constexpr double kLongestStep = 0.5;  // [s]
-constexpr int kMostSteps = 1000;
 
 /// Parameters of the odometry stream for the replay.
 OdometryStreamParams patient() {
@@ -84,136 +78,6 @@ struct Stages {
   MapStage map;
 };
 
-/// Component of each experience. A component has the number of its first experience.
-std::vector<std::uint32_t> componentsOf(const ExperienceGraph& graph) {
-  std::vector<std::uint32_t> parent(graph.experiences().size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&parent](std::uint32_t id) {
-    while (parent[id] != id) id = parent[id] = parent[parent[id]];
-    return id;
-  };
-  for (const Link& link : graph.links()) {
-    const std::uint32_t from = root(link.from);
-    const std::uint32_t to = root(link.to);
-    parent[std::max(from, to)] = std::min(from, to);
-  }
-  std::vector<std::uint32_t> component(parent.size());
-  for (std::uint32_t id = 0; id < parent.size(); ++id) component[id] = root(id);
-  return component;
-}
-
-/// Errors of a stretch of a map's path.
-struct KnownErrors {
-  Eigen::Matrix4d variance_per_metre = Eigen::Matrix4d::Zero();  ///< of x, y, z, yaw
-  UnitOfLength unit;
-};
-
-/// The path of a map, with the experience at each pose and the uncertainty of the motion.
-class KeptDrive {
- public:
-  /// @param breaks  ends of the sessions after which another place may follow
-  KeptDrive(const ExperienceMap& map, const State& saved, std::vector<Stamp> breaks)
-      : path_(map.finalTrajectory()),
-        component_(componentsOf(map.graph())),
-        errors_(path_.size()),
-        breaks_(std::move(breaks)) {
-    Trajectory trajectory;
-    saved.get("trajectory", trajectory);
-    std::vector<std::uint32_t> experience_of;  // each frame
-    std::vector<std::optional<std::uint32_t>> own;
-    for (std::uint32_t id = 0; id < map.graph().experiences().size(); ++id) {
-      const std::uint32_t frame = map.frameOf(id);
-      if (frame >= own.size()) own.resize(frame + 1);
-      own[frame] = id;
-    }
-    std::optional<std::uint32_t> last_frame;
-    for (std::size_t k = 0; k < path_.size(); ++k) {
-      const std::uint32_t frame = trajectory.samples()[k].frame;
-      if (last_frame && *last_frame == frame) {
-        at_.push_back(at_.back());
-        continue;
-      }
-      last_frame = frame;
-      const bool created = frame < own.size() && own[frame];
-      at_.push_back(created ? *own[frame] : nearest(map.graph(), path_[k].pose));
-    }
-    if (saved.child("solver").hasChild("graph")) readErrors(saved.child("solver").child("graph"), trajectory);
-    for (std::optional<KnownErrors>& errors : errors_) {
-      if (errors) errors->unit.constant_sigma = map.unitSigma();
-    }
-  }
-
-  const std::vector<StampedPose>& path() const { return path_; }
-  std::uint32_t at(std::size_t pose) const { return at_[pose]; }
-  /// Errors of the motion from the pose before; none if the map has none.
-  const std::optional<KnownErrors>& errors(std::size_t pose) const { return errors_[pose]; }
-
-  /// Whether the motion from the pose before to pose `next` is known.
-  bool goesOn(std::size_t next) const {
-    const Stamp before = path_[next - 1].stamp;
-    const Stamp now = path_[next].stamp;
-    const bool broken =
-        std::any_of(breaks_.begin(), breaks_.end(), [&](Stamp end) { return before <= end && now > end; });
-    return now > before && !broken && component_[at_[next]] == component_[at_[next - 1]];
-  }
-
- private:
-  /// Reads the errors from the graph, which has a constraint for the motion from each frame to the next.
-  void readErrors(const State& graph, const Trajectory& trajectory) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, Constraint> ways;
-    for (const Constraint& way : graph.get<std::vector<Constraint>>("constraints")) {
-      if (!way.closes()) ways[{way.from, way.to}] = way;
-    }
-    const auto& samples = trajectory.samples();
-    double length = 0.0;
-    for (std::size_t k = 1, first = 1; k < samples.size(); ++k) {
-      length += std::hypot(path_[k].pose.x - path_[k - 1].pose.x, path_[k].pose.y - path_[k - 1].pose.y);
-      if (samples[k].frame == samples[k - 1].frame) continue;
-      const auto way = ways.find({samples[k - 1].frame, samples[k].frame});
-      for (; first <= k; ++first) {
-        if (way != ways.end() && length > 0.0) errors_[first] = errorsOf(way->second, length);
-      }
-      length = 0.0;
-    }
-  }
-
-  static KnownErrors errorsOf(const Constraint& way, double length) {
-    KnownErrors errors;
-    errors.variance_per_metre = covarianceOf(way) / length;
-    const double scale_variance = 1.0 / (way.scale_weight * way.scale_weight);
-    const double lost = 1.0 - way.scale_kept * way.scale_kept;
-    double walk = scale_variance;
-    if (way.scale_kept > 0.0 && lost > 0.0) {  // inverts the sum of MotionError for an anchored unit
-      errors.unit.anchor_sigma = std::sqrt(scale_variance / lost);
-      walk = -2.0 * std::log(way.scale_kept) * scale_variance / lost;
-    }
-    errors.unit.walk_sigma = std::sqrt(walk / length);
-    return errors;
-  }
-
-  /// Experience of a frame that a recall has made: the nearest one with about the same heading.
-  static std::uint32_t nearest(const ExperienceGraph& graph, const MapPose& pose) {
-    std::uint32_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::uint32_t id = 0; id < graph.experiences().size(); ++id) {
-      const MapPose& there = graph.pose(id);
-      const double turned = wrapAngle(pose.yaw - there.yaw);
-      if (std::abs(turned) > kPi / 4.0) continue;
-      const double off = std::hypot(pose.x - there.x, pose.y - there.y) + std::abs(turned);
-      if (off >= least) continue;
-      best = id;
-      least = off;
-    }
-    return best;
-  }
-
-  std::vector<StampedPose> path_;
-  std::vector<std::uint32_t> component_;  ///< of each experience
-  std::vector<std::uint32_t> at_;         ///< experience at each pose
-  std::vector<std::optional<KnownErrors>> errors_;
-  std::vector<Stamp> breaks_;
-};
-
 /// Ends of the sessions that the next one does not continue, as late as a continuation could begin.
 std::vector<Stamp> breaksOf(const std::vector<MapSession>& sessions, double time_reset) {
   std::vector<Stamp> breaks;
@@ -239,10 +103,10 @@ class Replay {
         move(drive.path()[k - 1], here, drive.errors(k));
       }
       if (k == 0 || !drive.goesOn(k)) addOdometry(here, {}, {});
-      const std::uint32_t experience = drive.at(k);
-      const bool other_place = !shown_ || *shown_ != experience;
-      if (!other_place && secondsBetween(shown_at_, here.stamp) < kViewPeriod) continue;
-      show(experience, here);
+      const std::optional<std::uint32_t> seen = drive.seenAt(k);
+      const bool still = shown_at_ && shown_ == seen;
+      if (still && secondsBetween(*shown_at_, here.stamp) < kViewPeriod) continue;
+      show(seen, here);
     }
   }
 
@@ -252,7 +116,7 @@ class Replay {
     known_.map.interrupt();
     known_.local_view.interrupt();
     epoch_ = known_.local_view.epoch();
-    shown_.reset();
+    shown_at_.reset();
     moved_ = {};
     moved_.assumed = true;
   }
@@ -261,8 +125,8 @@ class Replay {
     const RelativePose whole = between(MapPose{from.pose.x, from.pose.y, from.pose.z, from.pose.yaw, 0.0},
                                        MapPose{to.pose.x, to.pose.y, to.pose.z, to.pose.yaw, 0.0});
     const double seconds = secondsBetween(from.stamp, to.stamp);
-    const int steps =
-        static_cast<int>(std::clamp(std::ceil(seconds / kLongestStep), 1.0, double{kMostSteps}));
+    // A share of an unmeasured step would err faster than an odometry can.
+    const int steps = errors && errors->growWithTime() ? 1 : sharesOf(seconds);
     StampedPose last = from;
     for (int step = 1; step <= steps; ++step) {
       const double share = static_cast<double>(step) / steps;
@@ -288,41 +152,40 @@ class Replay {
     sample.pose->translation() = Eigen::Vector3d(here.pose.x, here.pose.y, here.pose.z);
     if (before) {
       const double seconds = secondsBetween(before->stamp, here.stamp);
-      const double turned = wrapAngle(here.pose.yaw - before->pose.yaw);
-      const double forward = (here.pose.x - before->pose.x) * std::cos(here.pose.yaw) +
-                             (here.pose.y - before->pose.y) * std::sin(here.pose.yaw);
-      sample.speed = forward / seconds;
-      sample.yaw_rate = turned / seconds;
+      const DrivenStep step = drivenBetween(*before, here);
+      sample.speed = step.forward / seconds;
+      sample.yaw_rate = step.rotation / seconds;
       if (errors) {
-        const Eigen::Matrix4d spread = errors->variance_per_metre * (std::abs(forward) / (seconds * seconds));
-        sample.covariance = TwistCovariance::Zero();
-        sample.covariance->diagonal() << spread(0, 0), spread(1, 1), spread(2, 2), 0.0, 0.0, spread(3, 3);
+        sample.covariance = errors->ofTwist(step.forward, seconds);
         sample.unit = errors->unit;
       }
-      moved_.forward += forward;
-      moved_.rotation += turned;
+      moved_.forward += step.forward;
+      moved_.rotation += step.rotation;
     }
     known_.pose_cells.addOdometry(sample);
     known_.map.addOdometry(sample);
   }
 
-  /// Shows the view that was learned at an experience, at the present pose.
-  void show(std::uint32_t experience, const StampedPose& here) {
-    const std::optional<PlaceView> there = other_.pose_cells.cells().viewOf(experience);
+  /// Shows the view that was learned at an experience, or a view of nothing, at the present pose.
+  void show(std::optional<std::uint32_t> experience, const StampedPose& here) {
     shown_ = experience;
     shown_at_ = here.stamp;
-    if (!there) return;
+    const std::optional<PlaceView> there =
+        experience ? other_.pose_cells.cells().viewOf(*experience) : std::nullopt;
+    View view;
+    view.textured = there.has_value();
+    if (there) view = other_.local_view.cells().learned(there->view_id);
     moved_.epoch = epoch_;
     LocalViewCells& cells = known_.local_view.cells();
-    ViewEvent event =
-        cells.observe(here.stamp, other_.local_view.cells().learned(there->view_id), cv::Mat(), moved_);
+    ViewEvent event = cells.observe(here.stamp, view, cv::Mat(), moved_);
     moved_ = {};
-    if (panoramic_) {
+    if (panoramic_ && there) {
       const double turned =
-          here.pose.yaw - other_.map.map().graph().pose(experience).yaw + there->relative_rad;
+          here.pose.yaw - other_.map.map().graph().pose(*experience).yaw + there->relative_rad;
       event.relative_rad = wrapAngle(event.relative_rad + turned);
     }
-    RecallGeometry geometry = cells.recallGeometry().value_or(RecallGeometry{});
+    RecallGeometry geometry;
+    if (event.seen()) geometry = cells.recallGeometry().value_or(RecallGeometry{});
     geometry.stamp = event.stamp;
     known_.map.addGeometry(geometry);
     known_.pose_cells.addView(event);
@@ -336,8 +199,8 @@ class Replay {
   bool panoramic_;
   std::uint32_t epoch_ = 0;
   ViewMotion moved_;
-  std::optional<std::uint32_t> shown_;  ///< experience of the last view
-  Stamp shown_at_ = 0;
+  std::optional<std::uint32_t> shown_;  ///< experience of the last view; none if it was of nothing
+  std::optional<Stamp> shown_at_;       ///< none after interrupt()
 };
 
 /// Whether map `a` began before map `b`. Equal stamps are ordered by the bytes of the maps.
@@ -359,11 +222,10 @@ MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b) {
     throw std::runtime_error("maps made with vt_verify = " + params.recall_geometry.verify +
                              " cannot be merged: recalls are verified by images, which a map does not keep");
   }
-  if (holdTheSameDrive(a.state, b.state)) {
+  if (holdTheSameDrive(a, b)) {
     throw std::runtime_error(
-        "one of the maps holds the drive of the other one (pruned, or continued): merge takes maps of "
-        "different "
-        "drives");
+        "one of the maps holds a drive of the other one (pruned, continued or merged): merge takes maps of "
+        "different drives");
   }
   Stages known(params, a.state);
   Stages other(params, b.state);
@@ -373,8 +235,9 @@ MapMerge mergeMaps(const MapCheckpoint& a, const MapCheckpoint& b) {
   other.map.map().settle();
   if (merge.second_experiences > 0) {
     const State& saved = b.state.child("experience_map").child("map");
-    Replay(known, other, params)
-        .drive(KeptDrive(other.map.map(), saved, breaksOf(b.sessions, params.images.time_reset)));
+    const double reach = params.pose_cells.experience_distance * params.pose_cells.cell_size;
+    const KeptDrive drive(other.map.map(), saved, breaksOf(b.sessions, params.images.time_reset), reach);
+    Replay(known, other, params).drive(drive);
   }
   known.map.map().settle();
   merge.experiences = known.map.map().graph().experiences().size();

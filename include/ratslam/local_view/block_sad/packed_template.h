@@ -45,8 +45,10 @@ class PackedTemplate {
   /// @param bytes those values, each quantised, in the same order (row by row).
   std::vector<double> values(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) const;
 
-  /// The block sums from which those values are computed. Sums above that of value 1 are clamped.
+  /// The block sums from which those values are computed. Sums above that of value 1 are clamped. So their mean no
+  /// longer tells the scale.
   BlockSums blocks(const std::vector<std::uint8_t>& bytes, const TemplateParams& params) const;
+  double scale() const { return scale_; }
 
   std::size_t memoryBytes() const { return sizeof *this + packed_bytes_; }
 

@@ -61,6 +61,8 @@ class TemplateMatcher {
   /// Block sums of template `id`, from which its values are computed. Sums that give value 1 are clamped to the least
   /// such sum. @throws std::out_of_range.
   BlockSums blocks(std::uint32_t id) const;
+  /// The scale with which its values are computed from these. @throws std::out_of_range.
+  double scale(std::uint32_t id) const { return packed_.at(id).scale(); }
 
   /// Values of template `id` in 8 bits, row by row. @throws std::out_of_range.
   std::vector<std::uint8_t> bytes(std::uint32_t id) const;

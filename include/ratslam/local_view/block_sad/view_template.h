@@ -33,6 +33,12 @@ ViewTemplate makeViewTemplate(const cv::Mat& image, const TemplateParams& params
 /// Steps 3-4 on given block sums.
 ViewTemplate makeViewTemplate(BlockSums blocks, const TemplateParams& params);
 
+/// Step 4 on given block sums with a given scale.
+ViewTemplate makeViewTemplate(BlockSums blocks, double scale, const TemplateParams& params);
+
+/// The scale of step 3.
+double scaleOf(const BlockSums& blocks, const TemplateParams& params);
+
 /// The values of block sums with a given scale.
 std::vector<double> templateValues(const BlockSums& blocks, double scale, const TemplateParams& params);
 

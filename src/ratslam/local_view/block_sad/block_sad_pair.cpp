@@ -17,6 +17,7 @@ bool hasTexture(const BlockSums& blocks) {
   return (*brightest - *darkest) * 255 >= blocks.full_scale;
 }
 
+/// The sums and the full scale. A learned view may end with its scale (BlockSadMatcher::learned).
 View viewOf(const BlockSums& blocks) {
   View view;
   view.variants.emplace_back();
@@ -58,7 +59,14 @@ class BlockSadMatcher : public ViewMatcher {
     return matchOf(search_.compareWith(templateOf(view), id));
   }
 
-  View learned(std::uint32_t id) const override { return viewOf(search_.blocks(id)); }
+  View learned(std::uint32_t id) const override {
+    const BlockSums blocks = search_.blocks(id);
+    View view = viewOf(blocks);
+    // Where clamped sums no longer tell the scale, it is the last value.
+    if (const double scale = search_.scale(id); scaleOf(blocks, params_.view_template) != scale)
+      view.variants.front().values.push_back(scale);
+    return view;
+  }
 
   void compareAll(const View& view, ViewLikeness& likeness) override {
     likeness.variants = 1;
@@ -90,9 +98,13 @@ class BlockSadMatcher : public ViewMatcher {
     BlockSums blocks;
     blocks.columns = params_.view_template.x_size;
     blocks.rows = params_.view_template.y_size;
-    blocks.sums.assign(values.begin(), values.end() - 1);
-    blocks.full_scale = static_cast<std::uint64_t>(values.back());
-    return makeViewTemplate(std::move(blocks), params_.view_template);
+    const std::ptrdiff_t count = std::ptrdiff_t{blocks.columns} * blocks.rows;
+    const auto full_scale = values.begin() + std::min(count, std::ptrdiff_t(values.size()) - 1);
+    blocks.sums.assign(values.begin(), full_scale);
+    blocks.full_scale = static_cast<std::uint64_t>(*full_scale);
+    const bool says_scale = full_scale + 1 != values.end();
+    const double scale = says_scale ? values.back() : scaleOf(blocks, params_.view_template);
+    return makeViewTemplate(std::move(blocks), scale, params_.view_template);
   }
 
   ViewMatch matchOf(const TemplateMatch& match) const {

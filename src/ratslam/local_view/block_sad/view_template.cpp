@@ -116,16 +116,24 @@ std::vector<std::uint8_t> quantised(const std::vector<double>& values) {
   return bytes;
 }
 
+double scaleOf(const BlockSums& blocks, const TemplateParams& params) {
+  if (params.normalisation <= 0.0) return 1.0;
+  const double full_scale = static_cast<double>(blocks.full_scale);
+  double sum = 0.0;
+  for (const std::uint64_t block : blocks.sums) sum += scaledGrey(block, full_scale, 1.0);
+  const double mean = sum / static_cast<double>(blocks.sums.size());
+  return mean > 0.0 ? params.normalisation / mean : 1.0;
+}
+
 ViewTemplate makeViewTemplate(BlockSums blocks, const TemplateParams& params) {
+  const double scale = scaleOf(blocks, params);
+  return makeViewTemplate(std::move(blocks), scale, params);
+}
+
+ViewTemplate makeViewTemplate(BlockSums blocks, double scale, const TemplateParams& params) {
   ViewTemplate made;
   made.blocks = std::move(blocks);
-  if (params.normalisation > 0.0) {
-    const double full_scale = static_cast<double>(made.blocks.full_scale);
-    double sum = 0.0;
-    for (const std::uint64_t block : made.blocks.sums) sum += scaledGrey(block, full_scale, 1.0);
-    const double mean = sum / static_cast<double>(made.blocks.sums.size());
-    if (mean > 0.0) made.scale = params.normalisation / mean;
-  }
+  made.scale = scale;
   made.values = templateValues(made.blocks, made.scale, params);
   made.mean = meanOf(made.values);
   return made;
