@@ -15,6 +15,7 @@
 #include <map>
 #include <memory>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -57,15 +58,21 @@ void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
 /// Reads a map file. The file does not change, unless a save was interrupted: then that save is undone, for which the
 /// file and its folder must be writable.
 /// @throws std::runtime_error "FILE: what is wrong with it": missing, not a map file, of a newer version, damaged, or
-/// the interrupted save cannot be undone
+/// the interrupted save cannot be undone. MapBusy if another program has locked it for longer than 2 s
 MapCheckpoint loadMapFile(const std::string& path);
+
+/// Another program uses the file at present. It may be sound.
+class MapBusy : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// Lock of the one program that writes to a map. The operating system releases it when that program ends in any way.
 class MapLock {
  public:
   /// @param map a file. The lock is on FILE.lock beside it, which is removed with the lock. PART.b.db has the lock of
   /// PART.a.db, because a node writes the two in turn.
-  /// @throws std::runtime_error if another program holds the lock, or the folder cannot be written
+  /// @throws MapBusy if another program holds the lock; std::runtime_error if the folder cannot be written
   explicit MapLock(const std::string& map);
   ~MapLock();
   MapLock(const MapLock&) = delete;

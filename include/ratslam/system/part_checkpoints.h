@@ -22,6 +22,8 @@ struct CheckpointSettings {
   std::string part;        ///< "local_view", "pose_cells", ...
   double period = 5.0;     ///< [s] of message time
   bool read_only = false;  ///< checkpoints are loaded and not changed
+  /// How long another program may hold the files [s]. A node that is replaced by one of its own name takes a while to end.
+  double patience = 8.0;
   std::map<std::string, std::string> parameters;
 };
 
@@ -29,7 +31,8 @@ class PartCheckpoints {
  public:
   using Save = std::function<void(State&)>;
 
-  /// @throws std::runtime_error if the folder cannot be made or written, or another program writes there
+  /// @throws std::runtime_error if the folder cannot be made or written; MapBusy if another program still writes there
+  /// after some seconds, in which one that is ending has released it
   explicit PartCheckpoints(const CheckpointSettings& settings);
   /// Waits until the last checkpoint is written.
   ~PartCheckpoints();
@@ -38,7 +41,8 @@ class PartCheckpoints {
 
   /// The part's State from the newest usable checkpoint; none if there is none.
   /// @param report receives one line for each damaged checkpoint, and one that names the checkpoint used.
-  /// @throws std::runtime_error if a checkpoint was made with other parameters
+  /// @throws std::runtime_error if a checkpoint was made with other parameters; MapBusy if another program keeps one
+  /// locked: it may be sound, and must not be replaced
   std::optional<State> resume(const std::function<void(const std::string&)>& report);
 
   /// To be called before a message is processed. Takes a checkpoint if one is due.
@@ -56,7 +60,8 @@ class PartCheckpoints {
   /// @throws std::runtime_error if it cannot be used: missing, damaged, of other parameters, without this part
   State loadFrom(const std::string& path) const;
   /// Later checkpoints continue that map file, or with an empty path a new map: they have its sessions, and the present
-  /// one begins with the next message. @throws std::runtime_error as loadFrom does
+  /// one begins with the next message. A map that was loaded can be saved at once, with its own stamp.
+  /// @throws std::runtime_error as loadFrom does
   void continueFrom(const std::string& path);
 
   /// While on, checkpoints are not changed.

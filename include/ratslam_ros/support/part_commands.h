@@ -80,6 +80,7 @@ class PartCommands {
   std::string inFolder(const std::string& path) const;
   /// Gives the part another state; if that does not fit, the part keeps its own one. @return its own one
   State exchange(const State& state);
+  void keep();
   void setLearning(bool on);
   void hold(const Request& request, Response& response);
   void goOn();

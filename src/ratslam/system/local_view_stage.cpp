@@ -135,7 +135,9 @@ EventVerdict LocalViewStage::addFrame(const ImageFrame& frame) {
   if (frame.usable()) waiting.view = cells_.describe(frame.image);
   // The pixels may belong to a message that does not live until the view is decided.
   if (recall_check_) waiting.image = needsOdometry() ? frame.image.clone() : frame.image;
-  return gate_.addEvent(waiting);
+  const EventVerdict verdict = gate_.addEvent(waiting);
+  followDecided();  // an image may decide about a held sample, of which a checkpoint must know
+  return verdict;
 }
 
 std::vector<ViewObservation> LocalViewStage::drain(Passing which) {

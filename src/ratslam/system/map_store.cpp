@@ -117,7 +117,7 @@ MapLock::MapLock(const std::string& map) : path_(lockOf(map)) {
     if (file_ < 0) throw std::runtime_error(map + ": cannot write beside it: " + std::strerror(errno));
     if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
       ::close(file_);
-      throw std::runtime_error(map + ": another program writes to it; one map has one writer");
+      throw MapBusy(map + ": another program writes to it; one map has one writer");
     }
   } while (!isFile(file_, path_));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -20,6 +21,20 @@ constexpr const char* kCheckpoint = "checkpoint";  // child of the state, with t
 constexpr const char* kNumber = "number";
 constexpr const char* kNoFolder = "the parameter map_dir is not set: no checkpoints are kept";
 constexpr const char* kNothingYet = "there is nothing to save yet";
+
+/// Attempts something until no other program holds the files. @throws MapBusy after `patience` seconds
+template <class Attempt>
+auto patiently(double patience, Attempt&& attempt) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(patience);
+  while (true) {
+    try {
+      return attempt();
+    } catch (const MapBusy&) {
+      if (std::chrono::steady_clock::now() >= until) throw;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
 
 /// Checkpoints are numbered in the order of writing, because stamps may go back. @return 0 for a map saved elsewhere
 std::uint64_t numberOf(const MapCheckpoint& checkpoint) {
@@ -46,7 +61,7 @@ struct PartCheckpoints::Impl {
       throw std::runtime_error("map_dir " + settings.folder +
                                ": cannot make this folder: " + error.message());
     }
-    lock = std::make_unique<MapLock>(paths[0]);
+    lock = patiently(settings.patience, [this] { return std::make_unique<MapLock>(paths[0]); });
     thread = std::thread([this] { work(); });
   }
 
@@ -104,6 +119,8 @@ struct PartCheckpoints::Impl {
   static std::unique_ptr<MapWriter> openWriter(const std::string& path) {
     try {
       if (std::filesystem::exists(path)) loadMapFile(path);
+    } catch (const MapBusy&) {
+      throw;
     } catch (const std::runtime_error&) {
       std::filesystem::rename(path, freeName(path + ".damaged"));
     }
@@ -169,11 +186,14 @@ std::optional<State> PartCheckpoints::resume(const std::function<void(const std:
   for (std::size_t turn = 0; turn < kTurns.size(); ++turn) {
     if (!std::filesystem::exists(impl_->paths[turn])) continue;
     try {
-      MapCheckpoint checkpoint = loadMapFile(impl_->paths[turn]);
+      MapCheckpoint checkpoint =
+          patiently(settings_.patience, [&] { return loadMapFile(impl_->paths[turn]); });
       const auto age = [](const MapCheckpoint& one) { return std::make_pair(numberOf(one), one.stamp); };
       if (best && age(*best) >= age(checkpoint)) continue;
       best = std::move(checkpoint);
       best_turn = turn;
+    } catch (const MapBusy&) {
+      throw;
     } catch (const std::runtime_error& error) {
       damaged.emplace_back(error.what());
     }
@@ -239,8 +259,12 @@ State PartCheckpoints::loadFrom(const std::string& path) const {
 
 void PartCheckpoints::continueFrom(const std::string& path) {
   if (!impl_) return;
-  impl_->sessions = path.empty() ? std::vector<MapSession>() : loadMapFile(path).sessions;
+  impl_->sessions.clear();
   impl_->first.reset();
+  if (path.empty()) return;
+  MapCheckpoint loaded = loadMapFile(path);
+  impl_->sessions = std::move(loaded.sessions);
+  impl_->newest = loaded.stamp;
 }
 
 void PartCheckpoints::setReadOnly(bool on) {

@@ -2,6 +2,8 @@
 
 #include <filesystem>
 
+#include "ratslam/system/map_store.h"
+
 namespace ratslam {
 
 namespace fs = std::filesystem;
@@ -62,7 +64,7 @@ void SqliteDatabase::failWithReport(const std::string& doing) const {
            (fs::exists(path_ + "-journal") ? ", which is needed to undo a save that was interrupted" : ""));
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      fail("another program writes to it");
+      throw MapBusy(path_ + ": another program writes to it");
     default:
       fail(doing + ": " + (handle_ ? sqlite3_errmsg(handle_.get()) : "out of memory"));
   }

@@ -166,7 +166,15 @@ void MapServices::advertiseAll() {
     // What is not kept would be discarded. All parts keep it before the first one switches, or none switches.
     if (on) requests.push_back(command(Request::KEEP));
     requests.push_back(command(Request::LEARN, "", !on));
-    const std::string parts = toAll(requests, [this, on] { remember(kAskedLocaliseOnly, on); });
+    std::string parts;
+    try {
+      parts = toAll(requests, [this, on] { remember(kAskedLocaliseOnly, on); });
+    } catch (const std::runtime_error& e) {
+      if (on) throw;
+      // All parts learn or none: that they learn nothing cannot fail for want of a place to write.
+      toAll({command(Request::LEARN, "", false)});
+      throw std::runtime_error(std::string(e.what()) + "; nothing is learned, as before");
+    }
     return (on ? "nothing is learned by " : "learning: ") + parts;
   });
   advertise<std_srvs::Trigger>("WriteTrajectories", [this](std_srvs::Trigger::Request&) {

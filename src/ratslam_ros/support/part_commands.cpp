@@ -60,6 +60,7 @@ void PartCommands::run(const Request& request) {
       actions_.begin();
       files.continueFrom(request.path);
       forgetStream();
+      keep();
       ROS_INFO("%s: loaded from %s", part().c_str(), request.path.c_str());
       break;
     case Request::RESET:
@@ -67,6 +68,7 @@ void PartCommands::run(const Request& request) {
       actions_.begin();
       files.continueFrom("");
       forgetStream();
+      keep();
       ROS_INFO("%s: everything forgotten", part().c_str());
       break;
     case Request::PAUSE:
@@ -108,8 +110,25 @@ State PartCommands::exchange(const State& state) {
   return own;
 }
 
+/// Takes a checkpoint of the exchanged state. Else a node that is killed would return with the map before, while the
+/// others go on in this one.
+void PartCommands::keep() {
+  PartCheckpoints& files = checkpoints_.files();
+  if (!files.enabled()) return;
+  try {
+    if (const auto why = files.whyNothingIsSaved()) throw std::runtime_error(*why);
+    files.saveNow(actions_.save);
+  } catch (const std::exception& e) {
+    ROS_WARN("%s: not in the checkpoints, a restart returns to the map before: %s", part().c_str(), e.what());
+  }
+}
+
 void PartCommands::setLearning(bool on) {
-  checkpoints_.files().setReadOnly(!on);
+  try {
+    checkpoints_.files().setReadOnly(!on);
+  } catch (const std::runtime_error& e) {
+    throw std::runtime_error(part() + ": " + e.what());
+  }
   actions_.setLearning(on);
 }
 

@@ -363,5 +363,32 @@ TEST(Search, KeepsTemplatesInLittleMemory) {
   EXPECT_LE(small.memoryBytes(), 4096U * 780U);
 }
 
+TEST(ExhaustiveSearch, ATemplateIsComparedAtItsBestShift) {
+  LocalViewParams params;
+  params.view_template.x_size = 20;
+  params.view_template.y_size = 4;
+  params.panoramic = true;
+  params.match_threshold = 1.0;
+  std::mt19937 generator(1);
+  const auto inFog = [&] {  // a few grey levels: many shifts are nearly as good
+    BlockSums blocks;
+    blocks.columns = 20;
+    blocks.rows = 4;
+    blocks.full_scale = 25500;
+    for (int k = 0; k < 80; ++k) blocks.sums.push_back(5000 + generator() % 800);
+    return makeViewTemplate(blocks, params.view_template);
+  };
+  for (int trial = 0; trial < 200; ++trial) {
+    TemplateMatcher search(params);
+    search.add(inFog());
+    const ViewTemplate view = inFog();
+    const TemplateMatch compared = search.compareWith(view, 0);
+    const std::optional<TemplateMatch> best = search.findBest(view);
+    ASSERT_TRUE(best);
+    EXPECT_EQ(compared.shift, best->shift);
+    EXPECT_EQ(compared.error, best->error);
+  }
+}
+
 }  // namespace
 }  // namespace ratslam

@@ -1,13 +1,16 @@
 #include "ratslam/system/part_checkpoints.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <thread>
 
 namespace ratslam {
@@ -262,8 +265,71 @@ TEST_F(Counting, ContinuesTheSessionsOfALoadedMap) {
 }
 
 TEST_F(Counting, HasOneWriter) {
+  settings_.patience = 0.2;
   const PartCheckpoints first(settings_);
-  EXPECT_THROW(PartCheckpoints second(settings_), std::runtime_error);
+  EXPECT_THROW(PartCheckpoints second(settings_), MapBusy);
+}
+
+TEST_F(Counting, WaitsForAWriterThatEnds) {
+  auto first = std::make_unique<PartCheckpoints>(settings_);
+  std::thread ending([&first] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    first.reset();
+  });
+  EXPECT_NO_THROW(PartCheckpoints second(settings_));
+  ending.join();
+}
+
+/// A process that locks files as SQLite does for a transaction that writes.
+class LockingProcess {
+ public:
+  explicit LockingProcess(const std::vector<fs::path>& files) {
+    int ready[2];
+    if (pipe(ready) != 0) return;
+    child_ = fork();
+    if (child_ == 0) {
+      for (const fs::path& file : files) {
+        struct flock whole {};
+        whole.l_type = F_WRLCK;
+        whole.l_whence = SEEK_SET;
+        whole.l_start = 0x40000000;  // the pending byte; the shared ones follow
+        whole.l_len = 512;
+        if (fcntl(open(file.c_str(), O_RDWR), F_SETLK, &whole) != 0) _exit(1);
+      }
+      if (write(ready[1], "", 1) != 1) _exit(1);
+      while (true) pause();
+    }
+    char byte = 0;
+    close(ready[1]);
+    EXPECT_EQ(read(ready[0], &byte, 1), 1);
+    close(ready[0]);
+  }
+  ~LockingProcess() {
+    kill(child_, SIGKILL);
+    waitpid(child_, nullptr, 0);
+  }
+  LockingProcess(const LockingProcess&) = delete;
+  LockingProcess& operator=(const LockingProcess&) = delete;
+
+ private:
+  pid_t child_ = -1;
+};
+
+TEST_F(Counting, AFileThatAnotherProgramLocksIsNotTakenForDamaged) {
+  run(0, 6, true);
+  run(6, 12, true);
+  settings_.patience = 0.2;
+  const std::vector<fs::path> files(fs::directory_iterator(folder_), {});
+  {
+    const LockingProcess other(files);
+    PartCheckpoints checkpoints(settings_);
+    EXPECT_THROW(resume(checkpoints), MapBusy);
+    checkpoints.before(13 * kSecond, [](State& state) { state.set("count", std::int64_t{0}); });
+    EXPECT_THROW(checkpoints.saveNow([](State& state) { state.set("count", std::int64_t{0}); }),
+                 std::runtime_error);
+  }
+  EXPECT_EQ(resumed(), 12);
+  EXPECT_EQ(std::vector<fs::path>(fs::directory_iterator(folder_), {}), files) << "a sound file was renamed";
 }
 
 }  // namespace

@@ -41,11 +41,7 @@ class PartCommandsTest : public testing::Test {
     folder_ = fs::temp_directory_path() / "part_commands_test";
     fs::remove_all(folder_);
     fs::create_directories(folder_ / "map");
-    NodeParams params;
-    params.map_dir = folder_ / "map";
-    checkpoints_.emplace(params, "local_view", std::map<std::string, std::string>());
-    commands_.emplace(*checkpoints_, part_.actions());
-    commands_->setEmpty();
+    startAnew();
     part_.places = 3;
     part_.ways = 4;
     checkpoints_->before(1, part_.actions().save);
@@ -54,6 +50,29 @@ class PartCommandsTest : public testing::Test {
     commands_.reset();
     checkpoints_.reset();
     fs::remove_all(folder_);
+  }
+
+  void startAnew() {
+    commands_.reset();
+    checkpoints_.reset();
+    part_ = {};
+    NodeParams params;
+    params.map_dir = folder_ / "map";
+    checkpoints_.emplace(params, "local_view", std::map<std::string, std::string>());
+    commands_.emplace(*checkpoints_, part_.actions());
+    commands_->setEmpty();
+  }
+
+  /// How many places a node has that starts from the files as they are now.
+  int placesAfterAKill() const {
+    const fs::path copy = folder_ / "copy";
+    fs::remove_all(copy);
+    fs::copy(folder_ / "map", copy);
+    NodeParams params;
+    params.map_dir = copy;
+    NodeCheckpoints checkpoints(params, "local_view", {});
+    const std::optional<State> state = checkpoints.resume();
+    return state ? state->get<int>("places") : -1;
   }
 
   std::string inMapDir(const std::string& name) const { return folder_ / "map" / name; }
@@ -111,6 +130,24 @@ TEST_F(PartCommandsTest, LoadOfAMapThatDoesNotFitLeavesThePartAsItIs) {
 TEST_F(PartCommandsTest, ResetForgetsWhatWasLearned) {
   run(Request::RESET);
   expectPart(0, 0, 1);
+}
+
+TEST_F(PartCommandsTest, WhatWasLoadedOrForgottenHoldsOverAKill) {
+  run(Request::CHECKPOINT);  // the map before
+  const std::string path = mapFile(true);
+  run(Request::LOAD, path);
+  EXPECT_EQ(placesAfterAKill(), 30);
+  run(Request::RESET);
+  EXPECT_EQ(placesAfterAKill(), 0);
+}
+
+TEST_F(PartCommandsTest, AMapThatWasLoadedBeforeTheFirstMessageCanBeSaved) {
+  const std::string path = mapFile(true);
+  startAnew();
+  run(Request::LOAD, path);
+  run(Request::CHECKPOINT);
+  run(Request::SAVE, inMapDir("again.db"));
+  EXPECT_TRUE(fs::exists(inMapDir("again.db")));
 }
 
 TEST_F(PartCommandsTest, FilesOutsideMapDirAreNeitherWrittenNorRead) {

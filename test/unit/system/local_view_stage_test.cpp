@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <opencv2/imgproc.hpp>
 
 #include "ratslam/common/state.h"
@@ -18,6 +19,71 @@ LocalViewParams believing() {
   params.view_template.x_size = 60;
   params.view_template.y_size = 10;
   return params;
+}
+
+/// A picture of its own for each number.
+cv::Mat pictureOf(int number) {
+  cv::Mat blocks(4, 8, CV_8UC1);
+  cv::RNG(static_cast<std::uint64_t>(number) + 1).fill(blocks, cv::RNG::UNIFORM, 0, 255);
+  cv::Mat picture;
+  cv::resize(blocks, picture, {80, 40}, 0, 0, cv::INTER_NEAREST);
+  return picture;
+}
+
+TEST(LocalViewStage, ACheckpointKnowsASampleAboutWhichAnImageHasDecided) {
+  // A sample that goes far back or ahead is held. With images that go on beside it, an image decides about it.
+  for (const int images_before : {1, 20}) {
+    LocalViewStage whole(believing(), RecallGeometryParams{});
+    std::unique_ptr<LocalViewStage> resumed;
+    const auto each = [&](const auto& act) {
+      act(whole);
+      if (resumed) act(*resumed);
+    };
+    int number = 0;
+    const auto image = [&](Stamp stamp) {
+      ImageFrame frame;
+      frame.stamp = stamp;
+      frame.image = pictureOf(number++);
+      each([&](LocalViewStage& stage) {
+        stage.addFrame(frame);
+        stage.drain();
+      });
+    };
+    const auto odometry = [&](Stamp stamp) {
+      OdometrySample sample;
+      sample.stamp = stamp;
+      sample.speed = 1.0;
+      sample.covariance = TwistCovariance::Identity() * 1e-4;
+      each([&](LocalViewStage& stage) {
+        stage.addOdometry(sample);
+        stage.drain();
+      });
+    };
+    Stamp now = 0;
+    for (int k = 0; k < images_before; ++k, now += kSecond / 10) {
+      odometry(now);
+      image(now + kSecond / 20);
+    }
+    if (images_before > 1) {  // a pause of both
+      now += 3 * kSecond;
+      odometry(now);
+      image(now + kSecond / 100);
+    }
+    State saved;
+    whole.save(saved);
+    resumed = std::make_unique<LocalViewStage>(believing(), RecallGeometryParams{});
+    resumed->load(State::fromBytes(saved.toBytes()));
+    for (int k = 0; k < 30; ++k) {
+      now += kSecond / 10;
+      odometry(now);
+      image(now - kSecond / 20);
+    }
+    State a;
+    State b;
+    whole.save(a);
+    resumed->save(b);
+    EXPECT_EQ(a.toBytes(), b.toBytes()) << images_before << " images before";
+  }
 }
 
 TEST(LocalViewStage, OdometryThatNoImageAsksForIsBoundedAndViewsComeAgain) {

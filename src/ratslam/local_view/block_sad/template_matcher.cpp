@@ -160,7 +160,7 @@ TemplateMatch TemplateMatcher::compareWith(const ViewTemplate& view, std::uint32
   view_bytes_ = quantised(view.values);
   std::optional<TemplateMatch> best;
   if (id >= size()) throw std::out_of_range("view template: there is none of id " + std::to_string(id));
-  refine({0, 0, id}, view.values, best);
+  refine({0, rounding_[id] + roundingOf(view.values), id}, view.values, best);
   return *best;
 }
 
