@@ -70,7 +70,7 @@ class LocalViewCells {
   void acceptAnotherSize() { image_size_ = cv::Size(); }
 
   /// To be called when the robot goes on from an unknown position (PlaceBelief::wakeUp).
-  void wakeUp() { belief_.wakeUp(); }
+  void wakeUp();
 
   /// Whether to learn views that are not recalled. If not, they make no view cell active (kNoView).
   void setLearning(bool learning) { learning_ = learning; }
@@ -122,6 +122,7 @@ class LocalViewCells {
 
   LocalViewParams params_;
   bool learning_ = true;
+  std::uint32_t known_before_ = 0;  ///< views that were known at the last wakeUp()
   ViewPair pair_;
   PlaceBelief belief_;
   View before_;                          // last view that showed something; only with belief

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kRecentViews = 10;  // newest views, whose recall closes no loop
 
-constexpr std::uint32_t kStateVersion = 8;
+constexpr std::uint32_t kStateVersion = 9;
 
 }  // namespace
 
@@ -26,7 +26,15 @@ LocalViewCells::LocalViewCells(const LocalViewParams& params, const DescriptorRe
   params.validate();
 }
 
-bool LocalViewCells::isOldView(std::uint32_t id) const { return id != active_ && id + kRecentViews < size(); }
+bool LocalViewCells::isOldView(std::uint32_t id) const {
+  return id != active_ && (id < known_before_ || id + kRecentViews < size());
+}
+
+void LocalViewCells::wakeUp() {
+  belief_.wakeUp();
+  active_.reset();  // nothing says that the robot is still there
+  known_before_ = static_cast<std::uint32_t>(size());
+}
 
 cv::Mat LocalViewCells::templateImage(std::uint32_t id) const { return pair_.matcher->picture(id); }
 
@@ -144,6 +152,7 @@ void LocalViewCells::save(State& state) const {
   state.set("before", before_.variants.empty() ? std::vector<double>() : before_.variants.front().values);
   state.set("image_size", std::array<int, 2>{image_size_.width, image_size_.height});
   state.set("active", active_);
+  state.set("known_before", known_before_);
   state.set("geometry", geometry_);
   state.set("view_size", std::array<int, 2>{view_image_.cols, view_image_.rows});
   std::vector<std::uint8_t> view;  // an empty image has no iterators
@@ -162,6 +171,7 @@ void LocalViewCells::load(const State& state) {
   const auto size = state.get<std::array<int, 2>>("image_size");
   image_size_ = cv::Size(size[0], size[1]);
   state.get("active", active_);
+  state.get("known_before", known_before_);
   state.get("geometry", geometry_);
   const auto view_size = state.get<std::array<int, 2>>("view_size");
   const auto view = state.get<std::vector<std::uint8_t>>("view");

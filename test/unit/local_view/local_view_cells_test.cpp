@@ -149,6 +149,19 @@ TEST(LocalViewCells, AsksTheVerifierAboutOldViewsOnly) {
   EXPECT_EQ(verifier.told.size(), 15U);
 }
 
+TEST(LocalViewCells, AsksTheVerifierAboutAllViewsFromBeforeItWokeUp) {
+  LocalViewCells cells(smallParams());
+  const std::vector<cv::Mat> images = places(15);
+  FakeVerifier verifier;
+  for (const cv::Mat& image : images) cells.observe(0, image, &verifier);
+  cells.wakeUp();
+  cells.observe(1, images[14], &verifier);  // the last one, and one of the last 10
+  cells.observe(2, images[12], &verifier);
+  EXPECT_EQ(verifier.asked, (std::vector<std::uint32_t>{14, 12}));
+  cells.observe(3, images[12], &verifier);  // still there
+  EXPECT_EQ(verifier.asked.size(), 2U);
+}
+
 TEST(LocalViewCells, ARecallOfWhichNothingCanBeSaidStands) {
   LocalViewCells cells(smallParams());
   const std::vector<cv::Mat> images = places(15);

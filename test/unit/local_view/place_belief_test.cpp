@@ -270,5 +270,28 @@ TEST(PlaceBelief, WhoKnowsItsWayStaysOnItThoughATwinIsLikerNow) {
   }
 }
 
+/// Number of views until a robot that woke up at a place of the street claims it; none within ten.
+std::optional<int> viewsUntilFound(std::size_t place) {
+  PlaceBelief belief = streetOf(1.0);
+  ViewMotion step;
+  step.forward = kStep;
+  step.epoch = 1;
+  for (int k = 0; k < 10; ++k) {
+    belief.move(step, 1.0);
+    const ViewLikeness likeness = alikeAround(std::min(place + static_cast<std::size_t>(k), kPlaces - 1), 0);
+    const auto claim = belief.weigh(likeness, belief.leftBehind(likeness));
+    if (claim && claim->confidence > PlaceBelief::kClaim) return k + 1;
+  }
+  return std::nullopt;
+}
+
+TEST(PlaceBelief, WakesUpWhereItsLastDriveEndedAsSoonAsElsewhere) {
+  const std::optional<int> elsewhere = viewsUntilFound(100);
+  ASSERT_TRUE(elsewhere);
+  for (const std::size_t place : {kPlaces - 30, kPlaces - 12, kPlaces - 9, kPlaces - 4}) {
+    EXPECT_EQ(viewsUntilFound(place), elsewhere) << "place " << place;
+  }
+}
+
 }  // namespace
 }  // namespace ratslam

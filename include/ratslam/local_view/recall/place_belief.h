@@ -106,7 +106,8 @@ class PlaceBelief {
 
   /// Number of candidates of a view while the robot maps. The 10 newest places are no candidates, because the robot has
   /// just left them; nor are the places before them as long as they still look like the view. But a place is a
-  /// candidate if the robot has since driven over known ground for more than 10 places: it may be back.
+  /// candidate if the robot has since driven over known ground for more than 10 places: it may be back. So are all
+  /// places that were known when it woke up: it may stand at the place where its last drive ended.
   std::size_t leftBehind(const ViewLikeness& likeness) const;
 
   /// Sets the place of the last view, which may be the next new one.
@@ -133,6 +134,7 @@ class PlaceBelief {
     fields("since_arrival", since_arrival_);
     fields("novelty_since_arrival", novelty_since_arrival_);
     fields("waking", waking_);
+    fields("before", before_);
     fields("candidates", candidates_);
     fields("novelty", novelty_);
     fields("measured", measured_);
@@ -176,6 +178,7 @@ class PlaceBelief {
   double since_arrival_ = 0.0;          // distance driven since arrive() [m]
   double novelty_since_arrival_ = 0.0;  // sum of the views' novelty since arrive()
   bool waking_ = false;                 // no view since wakeUp()
+  std::uint32_t before_ = 0;            // places that were known at the last wakeUp()
   std::size_t candidates_ = 0;          // of the last view
   double novelty_ = 1.0;                // of the view since the last move
   bool measured_ = false;               // odometry has measured the last move

@@ -176,7 +176,8 @@ bool PlaceBelief::facesElsewhere(const PlaceVisit& then) const {
 }
 
 std::size_t PlaceBelief::leftBehind(const ViewLikeness& likeness) const {
-  if (likeness.places <= kJustLearned) return 0;
+  const std::size_t before = std::min<std::size_t>(before_, likeness.places);
+  if (likeness.places <= kJustLearned) return before;
   const Spread spread = spreadOf(likeness);
   const auto still = [&](std::size_t place) {
     return spread.standardised(likest(likeness, place)) > kStillLikeness;
@@ -190,7 +191,7 @@ std::size_t PlaceBelief::leftBehind(const ViewLikeness& likeness) const {
     const double elsewhere = here_.way - visit.way - learned;
     return elsewhere > static_cast<double>(kJustLearned) * std::max(graph_.spacing(place), step_);
   };
-  while (end > 0 && !left_long_ago(end - 1) && (end + kJustLearned > likeness.places || still(end - 1)))
+  while (end > before && !left_long_ago(end - 1) && (end + kJustLearned > likeness.places || still(end - 1)))
     --end;
   return end;
 }
@@ -315,6 +316,7 @@ void PlaceBelief::leave() {
 void PlaceBelief::wakeUp() {
   active_.clear();
   waking_ = true;
+  before_ = static_cast<std::uint32_t>(graph_.size());
   unknown_ = 1.0;
   variants_.clear();
   leave();
