@@ -172,8 +172,8 @@ void MapServices::advertiseAll() {
     } catch (const std::runtime_error& e) {
       if (on) throw;
       // All parts learn or none: that they learn nothing cannot fail for want of a place to write.
-      toAll({command(Request::LEARN, "", false)});
-      throw std::runtime_error(std::string(e.what()) + "; nothing is learned, as before");
+      toAll({command(Request::LEARN, "", false)}, [this] { remember(kAskedLocaliseOnly, true); });
+      throw std::runtime_error(std::string(e.what()) + "; nothing is learned");
     }
     return (on ? "nothing is learned by " : "learning: ") + parts;
   });
