@@ -163,6 +163,12 @@ class Launches(harness.FolderTest):
                 folder = f"{expected}{robot}" if expected else "''"
                 self.assertIn(f"/{robot}/ratslam_em/map_dir: {folder}\n", told)
 
+    def test_names_that_look_like_numbers_stay_names(self):
+        words = ["roslaunch", "--dump-params", "ratslam_ros", "ratslam.launch", "map_dir:=2024.10", "trajectory_file:=2024.20"]
+        told = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout
+        self.assertIn("/ratslam_em/map_dir: '2024.10'\n", told)
+        self.assertIn("/ratslam_em/trajectory_file: '2024.20'\n", told)
+
     def test_a_bag_may_have_any_name(self):
         os.link(self.path("drive.bag"), self.path("rat's \"drive\" 1.bag"))
         self.assertEqual(self.start(bag="rat's \"drive\" 1.bag").ended(90.0), 0, self.launched.output())

@@ -62,6 +62,7 @@ class Reconfiguration(harness.FolderTest):
         with self.assertRaises(rospy.ServiceException):
             ask(Config(strs=[StrParameter("pc_global_inhib", "much")]))
         self.assertTrue(self.launched.said("pc_global_inhib: value 'much' is not allowed"), self.launched.output())
+        dynamic_reconfigure.client.Client("ratslam_em", timeout=30.0)  # waits until the node is up
         ask = rospy.ServiceProxy("/ratslam_em/set_parameters", Reconfigure)
         with self.assertRaises(rospy.ServiceException):
             ask(Config(doubles=[DoubleParameter("exp_loops", 2.5)]))

@@ -3,9 +3,9 @@
 ///
 /// At each view event:
 ///  1. An unknown id is tied to the present estimate.
-///  2. A known id that is not among the 10 most recently tied injects energy * (30 - exp(1.2 d)) / 30, if that
-///     is positive. d is the saturation of the id. Its rest value is vt_active_decay, and it grows by that value
-///     each time the id repeats.
+///  2. A known id that is not among the 10 most recently tied, or was tied before wakeUp(), injects
+///     energy * (30 - exp(1.2 d)) / 30, if that is positive. d is the saturation of the id. Its rest value is
+///     vt_active_decay, and it grows by that value each time the id repeats.
 ///  3. Every id's saturation falls by pc_vt_restore towards the rest value.
 /// Saturation prevents false relocalisation while the robot stands still. It is updated when its id is seen and
 /// not at each event.
@@ -37,6 +37,11 @@ class ViewInput {
   /// Processes a view event. An id is new if this object has not seen it; the event's flag is not used, because
   /// a recorded topic has none. @param estimate present best estimate. @return the injection, if there is one.
   std::optional<Injection> onView(const ViewEvent& event, const PoseCellEstimate& estimate);
+
+  bool knows(std::uint32_t view_id) const { return ties_.count(view_id) > 0; }
+  /// To be called when the robot goes on from an unknown position. All ids known now inject when they are recalled,
+  /// also those tied last: the robot may have come back to them.
+  void wakeUp() { known_before_ = ties_.size(); }
 
   /// Forgets the ties of the view cells with this number and higher ones, which will get other views.
   void forgetFrom(std::uint32_t view_id);
@@ -79,7 +84,8 @@ class ViewInput {
   PoseCellParams params_;
   std::unordered_map<std::uint32_t, Tie> ties_;
   std::optional<std::uint32_t> previous_id_;
-  std::uint64_t events_ = 0;  ///< number of complete events
+  std::uint64_t events_ = 0;        ///< number of complete events
+  std::uint64_t known_before_ = 0;  ///< ids that were tied at the last wakeUp()
 };
 
 }  // namespace ratslam

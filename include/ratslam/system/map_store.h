@@ -58,13 +58,20 @@ void requireParameters(const std::string& path, const MapCheckpoint& checkpoint,
 /// Reads a map file. The file does not change, unless a save was interrupted: then that save is undone, for which the
 /// file and its folder must be writable.
 /// @throws std::runtime_error "FILE: what is wrong with it": missing, not a map file, of a newer version, damaged, or
-/// the interrupted save cannot be undone. MapBusy if another program has locked it for longer than 2 s
+/// the interrupted save cannot be undone. MapUnread if the file may be sound: MapBusy if another program has locked it for
+/// longer than 2 s
 MapCheckpoint loadMapFile(const std::string& path);
 
-/// Another program uses the file at present. It may be sound.
-class MapBusy : public std::runtime_error {
+/// A file that may be sound: it is busy, a newer program wrote it, or it may not be opened. It must not be replaced.
+class MapUnread : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// Another program uses the file at present.
+class MapBusy : public MapUnread {
+ public:
+  using MapUnread::MapUnread;
 };
 
 /// Lock of the one program that writes to a map. The operating system releases it when that program ends in any way.

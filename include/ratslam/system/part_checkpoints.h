@@ -41,8 +41,8 @@ class PartCheckpoints {
 
   /// The part's State from the newest usable checkpoint; none if there is none.
   /// @param report receives one line for each damaged checkpoint, and one that names the checkpoint used.
-  /// @throws std::runtime_error if a checkpoint was made with other parameters; MapBusy if another program keeps one
-  /// locked: it may be sound, and must not be replaced
+  /// @throws std::runtime_error if a checkpoint was made with other parameters; MapUnread if one may be sound but
+  /// cannot be read, as while another program keeps it locked: it must not be replaced
   std::optional<State> resume(const std::function<void(const std::string&)>& report);
 
   /// To be called before a message is processed. Takes a checkpoint if one is due.
@@ -56,6 +56,8 @@ class PartCheckpoints {
   /// Writes the part of the map to a separate file.
   /// @throws std::runtime_error naming file and cause, or saying that there is no folder, or nothing to save
   void saveTo(const std::string& path, const Save& save) const;
+  /// Writes a checkpoint on trial and removes it, unless nothing is saved. @throws std::runtime_error if there is no room
+  void requireRoom(const Save& save) const;
   /// The State of this part from a map file, which may hold other parts, too.
   /// @throws std::runtime_error if it cannot be used: missing, damaged, of other parameters, without this part
   State loadFrom(const std::string& path) const;

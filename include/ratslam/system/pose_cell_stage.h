@@ -62,7 +62,8 @@ class PoseCellStage {
   const PoseCells& cells() const { return cells_; }
 
   /// Session of the view cells' numbers. When another one begins, the ties of view cells that it does not know are
-  /// forgotten.
+  /// forgotten. So they are when a view is learned under a number that is known: the local view began again at the
+  /// same stamp.
   const NumberSession& viewSession() const { return view_session_; }
 
   /// Clears the streams, before another drive or another part of the same drive.
@@ -94,6 +95,7 @@ class PoseCellStage {
   NumberSession view_session_;
   OdometryStreamParams stream_;
   EventGate<ViewEvent> gate_;
+  std::uint64_t beginnings_ = 0;  ///< times that the odometry's time had begun anew at the last view
 };
 
 }  // namespace ratslam

@@ -81,6 +81,7 @@ class PartCommands {
   /// Gives the part another state; if that does not fit, the part keeps its own one. @return its own one
   State exchange(const State& state);
   void keep();
+  void check(const State& state);
   void setLearning(bool on);
   void hold(const Request& request, Response& response);
   void goOn();

@@ -32,7 +32,8 @@ bool LocalViewCells::isOldView(std::uint32_t id) const {
 
 void LocalViewCells::wakeUp() {
   belief_.wakeUp();
-  active_.reset();  // nothing says that the robot is still there
+  before_.variants.clear();  // the next view is new even if it equals the last one, as at the dock
+  active_.reset();           // nothing says that the robot is still there
   known_before_ = static_cast<std::uint32_t>(size());
 }
 

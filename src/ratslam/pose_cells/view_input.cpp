@@ -22,7 +22,7 @@ std::optional<Injection> ViewInput::onView(const ViewEvent& event, const PoseCel
   Tie& tie = found->second;
   if (is_new) {
     tie = {estimate, params_.active_decay, events_, ties_.size() - 1};
-  } else if (tie.order + kTooYoung < ties_.size()) {
+  } else if (tie.order < known_before_ || tie.order + kTooYoung < ties_.size()) {
     injection = recall(tie, event);
   }
   previous_id_ = event.id;
@@ -48,6 +48,8 @@ void ViewInput::forgetFrom(std::uint32_t view_id) {
   std::vector<Tie*> left;
   for (auto& [id, tie] : ties_) left.push_back(&tie);
   std::sort(left.begin(), left.end(), [](const Tie* a, const Tie* b) { return a->order < b->order; });
+  known_before_ = static_cast<std::uint64_t>(
+      std::count_if(left.begin(), left.end(), [this](const Tie* tie) { return tie->order < known_before_; }));
   for (std::size_t i = 0; i < left.size(); ++i) left[i]->order = i;
   if (previous_id_ && *previous_id_ >= view_id) previous_id_.reset();
 }
@@ -60,6 +62,7 @@ void ViewInput::save(State& state) const {
   state.set("view_links", ties);
   state.set("previous_id", previous_id_);
   state.set("events", events_);
+  state.set("known_before", known_before_);
 }
 
 void ViewInput::load(const State& state) {
@@ -67,6 +70,7 @@ void ViewInput::load(const State& state) {
   for (const TiedView& tied : state.get<std::vector<TiedView>>("view_links")) ties_[tied.view_id] = tied.tie;
   state.get("previous_id", previous_id_);
   state.get("events", events_);
+  state.get("known_before", known_before_);
 }
 
 /// Subtracts repeatedly instead of multiplying: so the bits equal those of an update at each event. An id that

@@ -54,10 +54,10 @@ std::string lockOf(const std::string& map) {
 int versionOf(SqliteDatabase& database) {
   if (database.number("PRAGMA application_id") != kApplicationId) database.fail("it is not a map file");
   const std::int64_t version = database.number("PRAGMA user_version");
-  if (version < 1 || version > kMapFileVersion) {
-    database.fail("its version is " + std::to_string(version) + "; this program reads versions 1 to " +
-                  std::to_string(kMapFileVersion));
-  }
+  const std::string what = "its version is " + std::to_string(version) +
+                           "; this program reads versions 1 to " + std::to_string(kMapFileVersion);
+  if (version > kMapFileVersion) throw MapUnread(database.path() + ": " + what);
+  if (version < 1) database.fail(what);
   return static_cast<int>(version);
 }
 

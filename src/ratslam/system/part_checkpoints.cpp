@@ -119,7 +119,7 @@ struct PartCheckpoints::Impl {
   static std::unique_ptr<MapWriter> openWriter(const std::string& path) {
     try {
       if (std::filesystem::exists(path)) loadMapFile(path);
-    } catch (const MapBusy&) {
+    } catch (const MapUnread&) {
       throw;
     } catch (const std::runtime_error&) {
       std::filesystem::rename(path, freeName(path + ".damaged"));
@@ -192,7 +192,7 @@ std::optional<State> PartCheckpoints::resume(const std::function<void(const std:
       if (best && age(*best) >= age(checkpoint)) continue;
       best = std::move(checkpoint);
       best_turn = turn;
-    } catch (const MapBusy&) {
+    } catch (const MapUnread&) {
       throw;
     } catch (const std::runtime_error& error) {
       damaged.emplace_back(error.what());
@@ -242,6 +242,23 @@ void PartCheckpoints::saveTo(const std::string& path, const Save& save) const {
   }
   const MapLock lock(path);
   MapWriter(path).save(impl_->take(*impl_->newest, save));
+}
+
+void PartCheckpoints::requireRoom(const Save& save) const {
+  if (!impl_ || impl_->settings.read_only) return;
+  const std::string trial = settings_.folder + "/" + settings_.part + ".trial.db";
+  const auto remove = [&trial] {
+    std::error_code ignored;
+    for (const char* ending : {"", "-journal"}) std::filesystem::remove(trial + ending, ignored);
+  };
+  remove();
+  try {
+    MapWriter(trial).save(impl_->take(impl_->newest.value_or(0), save));
+  } catch (...) {
+    remove();
+    throw;
+  }
+  remove();
 }
 
 State PartCheckpoints::loadFrom(const std::string& path) const {

@@ -1,6 +1,7 @@
 #include "ratslam/system/pose_cell_stage.h"
 
 #include <cmath>
+#include <utility>
 
 #include "ratslam/common/params.h"
 #include "ratslam/common/state.h"
@@ -8,7 +9,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 5;
+constexpr std::uint32_t kStateVersion = 6;
 
 }  // namespace
 
@@ -29,13 +30,18 @@ std::vector<PoseCellDecision> PoseCellStage::drain(Passing which) {
   return decisions;
 }
 
-void PoseCellStage::interrupt() { gate_ = EventGate<ViewEvent>(false, stream_); }
+void PoseCellStage::interrupt() {
+  gate_ = EventGate<ViewEvent>(false, stream_);
+  beginnings_ = 0;
+  cells_.wakeUp();
+}
 
 void PoseCellStage::save(State& state) const {
   state.setVersion(kStateVersion);
   cells_.save(state.child("cells"));
   state.set("streams", gate_);
   state.set("view_session", view_session_);
+  state.set("beginnings", beginnings_);
 }
 
 void PoseCellStage::load(const State& state) {
@@ -43,13 +49,18 @@ void PoseCellStage::load(const State& state) {
   cells_.load(state.child("cells"));
   state.get("streams", gate_);
   state.get("view_session", view_session_);
+  state.get("beginnings", beginnings_);
 }
 
 PoseCellDecision PoseCellStage::process(const ViewEvent& view) {
-  if (view.session.id != 0 && view.session != view_session_) {
+  // A session gives each number once. Another one with the same first stamp, as of a drive that is played again, learns
+  // numbers that are known.
+  const bool begins_again = view.learned && view.id >= view.session.known && cells_.knowsView(view.id);
+  if (view.session.id != 0 && (view.session != view_session_ || begins_again)) {
     if (view_session_.id != 0) cells_.forgetViewsFrom(view.session.known);
     view_session_ = view.session;
   }
+  if (std::exchange(beginnings_, gate_.beginnings()) != gate_.beginnings()) cells_.wakeUp();
   changes_.applyBefore(view.stamp, cells_);
   double distance = 0.0;
   double rotation = 0.0;

@@ -65,6 +65,10 @@ void SqliteDatabase::failWithReport(const std::string& doing) const {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       throw MapBusy(path_ + ": another program writes to it");
+    case SQLITE_CANTOPEN:
+    case SQLITE_PERM:
+    case SQLITE_AUTH:
+      throw MapUnread(path_ + ": " + doing + ": " + sqlite3_errmsg(handle_.get()));
     default:
       fail(doing + ": " + (handle_ ? sqlite3_errmsg(handle_.get()) : "out of memory"));
   }

@@ -152,7 +152,7 @@ void MapServices::advertiseAll() {
   advertise<Path>("SaveMap", [this](Path::Request& request) { return saveMap(request.path); });
   advertise<Path>("LoadMap", [this](Path::Request& request) { return loadMap(request.path); });
   advertise<std_srvs::Trigger>("Reset", [this](std_srvs::Trigger::Request&) {
-    return "everything forgotten by " + toAll({command(Request::RESET)});
+    return "everything forgotten by " + toAll({command(Request::CHECK), command(Request::RESET)});
   });
   advertise<std_srvs::SetBool>("Pause", [this](std_srvs::SetBool::Request& request) {
     const bool on = request.data != 0;

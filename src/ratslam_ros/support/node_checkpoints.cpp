@@ -3,6 +3,7 @@
 #include <ros/console.h>
 
 #include <cmath>
+#include <filesystem>
 
 namespace ratslam {
 namespace {
@@ -14,7 +15,7 @@ constexpr const char* kEnd = "end";  // child of a part's state: the node ended 
 CheckpointSettings NodeCheckpoints::settings(const NodeParams& params, const std::string& part,
                                              const std::map<std::string, std::string>& parameters) {
   CheckpointSettings settings;
-  settings.folder = params.map_dir;
+  if (!params.map_dir.empty()) settings.folder = std::filesystem::absolute(params.map_dir).string();
   settings.part = part;
   settings.period = params.autosave_period;
   settings.read_only = params.localise_only;

@@ -53,7 +53,7 @@ void PartCommands::run(const Request& request) {
       files.saveTo(inFolder(request.path), actions_.save);
       break;
     case Request::CHECK:
-      actions_.load(exchange(files.loadFrom(inFolder(request.path))));
+      check(request.path.empty() ? *empty_ : files.loadFrom(inFolder(request.path)));
       break;
     case Request::LOAD:
       exchange(files.loadFrom(inFolder(request.path)));
@@ -121,6 +121,18 @@ void PartCommands::keep() {
   } catch (const std::exception& e) {
     ROS_WARN("%s: not in the checkpoints, a restart returns to the map before: %s", part().c_str(), e.what());
   }
+}
+
+/// Tests whether a state fits and can be kept. Nothing changes.
+void PartCommands::check(const State& state) {
+  const State own = exchange(state);
+  try {
+    checkpoints_.files().requireRoom(actions_.save);
+  } catch (...) {
+    actions_.load(own);
+    throw;
+  }
+  actions_.load(own);
 }
 
 void PartCommands::setLearning(bool on) {

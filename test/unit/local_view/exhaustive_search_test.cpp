@@ -39,6 +39,9 @@ class Searches {
       EXPECT_EQ(found->id, expected->id);
       EXPECT_EQ(found->shift, expected->shift);
       EXPECT_EQ(found->error, expected->error);
+      const TemplateMatch compared = search.compareWith(view, expected->id);
+      EXPECT_EQ(compared.shift, expected->shift);
+      EXPECT_EQ(compared.error, expected->error);
     }
     return expected;
   }

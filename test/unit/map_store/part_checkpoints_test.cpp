@@ -332,5 +332,45 @@ TEST_F(Counting, AFileThatAnotherProgramLocksIsNotTakenForDamaged) {
   EXPECT_EQ(std::vector<fs::path>(fs::directory_iterator(folder_), {}), files) << "a sound file was renamed";
 }
 
+TEST_F(Counting, AFileOfANewerProgramIsNotTakenForDamaged) {
+  run(0, 6, true);
+  run(6, 12, true);
+  const std::vector<fs::path> files(fs::directory_iterator(folder_), {});
+  const auto setVersion = [&files](char version) {
+    for (const fs::path& path : files) {
+      std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+      file.seekp(63);  // the last byte of PRAGMA user_version
+      file.put(version);
+    }
+  };
+  setVersion(9);
+  {
+    PartCheckpoints checkpoints(settings_);
+    EXPECT_THROW(resume(checkpoints), MapUnread);
+    checkpoints.before(13 * kSecond, [](State&) {});
+    EXPECT_THROW(checkpoints.saveNow([](State&) {}), std::runtime_error);
+  }
+  EXPECT_EQ(std::vector<fs::path>(fs::directory_iterator(folder_), {}), files) << "a sound file was renamed";
+  setVersion(1);
+  EXPECT_EQ(resumed(), 12);
+}
+
+TEST_F(Counting, RoomForACheckpointIsTriedWithoutATrace) {
+  run(0, 7, true);
+  PartCheckpoints checkpoints(settings_);
+  resume(checkpoints);
+  const std::vector<fs::path> files(fs::directory_iterator(folder_), {});
+  const auto save = [](State& state) { state.set("count", std::int64_t{8}); };
+  EXPECT_NO_THROW(checkpoints.requireRoom(save));
+  {
+    const SizeLimit limit(100);
+    EXPECT_THROW(checkpoints.requireRoom(save), std::runtime_error);
+    checkpoints.setReadOnly(true);
+    EXPECT_NO_THROW(checkpoints.requireRoom(save)) << "nothing will be written";
+  }
+  EXPECT_EQ(std::vector<fs::path>(fs::directory_iterator(folder_), {}), files);
+  EXPECT_EQ(resumed(), 7);
+}
+
 }  // namespace
 }  // namespace ratslam

@@ -29,6 +29,28 @@ TEST(ViewInput, OnlyViewsThatAreNotYoungInject) {
   EXPECT_FALSE(input.onView(view(107), {}));
 }
 
+TEST(ViewInput, AfterWakingUpAllKnownViewsInjectAndNewOnesAreYoungAgain) {
+  for (const bool saved : {false, true}) {
+    ViewInput input{PoseCellParams{}};
+    for (std::uint32_t id = 0; id < 20; ++id) input.onView(view(id), {});
+    EXPECT_FALSE(input.onView(view(19), {}));
+    input.forgetFrom(18);
+    input.wakeUp();
+    input.forgetFrom(17);
+    if (saved) {
+      State state;
+      input.save(state);
+      input = ViewInput{PoseCellParams{}};
+      input.load(State::fromBytes(state.toBytes()));
+    }
+    EXPECT_FALSE(input.onView(view(40), {})) << "new";
+    EXPECT_FALSE(input.onView(view(40), {})) << "young";
+    EXPECT_TRUE(input.onView(view(16), {}));
+    EXPECT_FALSE(input.onView(view(17), {})) << "another view with this number, tied since then";
+    EXPECT_FALSE(input.onView(view(17), {}));
+  }
+}
+
 TEST(ViewInput, InjectsWhereTheViewWasTiedTurnedByTheRelativeHeading) {
   ViewInput input{PoseCellParams{}};
   input.onView(view(0), {3.9, 20.2, 35.5});

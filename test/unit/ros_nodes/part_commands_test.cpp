@@ -117,6 +117,17 @@ TEST_F(PartCommandsTest, CheckRefusesAMapThatCannotBeLoaded) {
   expectPart(3, 4, 0);
 }
 
+TEST_F(PartCommandsTest, CheckRefusesWhatCannotBeKept) {
+  const std::string path = mapFile(true);
+  fs::create_directories(inMapDir("local_view.trial.db") + "/in the way");  // also root cannot write there
+  EXPECT_THROW(run(Request::CHECK, path), std::runtime_error);
+  EXPECT_THROW(run(Request::CHECK), std::runtime_error);
+  expectPart(3, 4, 0);
+  fs::remove_all(inMapDir("local_view.trial.db"));
+  run(Request::CHECK);
+  expectPart(3, 4, 0);
+}
+
 TEST_F(PartCommandsTest, LoadTakesAWholeMap) {
   run(Request::LOAD, mapFile(true));
   expectPart(30, 40, 1);
