@@ -42,6 +42,10 @@ class ExperienceSelector {
   /// heading now relative to the heading at the destination's creation: 0 for a new one.
   TopologicalAction select(const ViewEvent& view, const PoseCellEstimate& estimate);
 
+  /// To be called when the robot goes on from an unknown position. Until a view leads to the next decision, the robot is
+  /// at no experience: the one that was current is recalled as any other.
+  void wakeUp() { nowhere_ = true; }
+
   /// Forgets the view cells with this number and higher ones, which will get other views. Their experiences are
   /// no longer recalled.
   void forgetViewsFrom(std::uint32_t view_id);
@@ -87,7 +91,8 @@ class ExperienceSelector {
                   const Experience& experience) const;
   /// Distance from an experience beyond which the place is another one [cells].
   double reach(const Experience& experience) const;
-  /// Nearest experience of the view within its threshold. @param recognised  the view has just become active
+  /// Nearest experience of the view within its threshold, except that at which the robot is.
+  /// @param recognised  the view has just become active
   std::optional<std::uint32_t> nearestOther(const ViewEvent& view, const PoseCellEstimate& estimate,
                                             bool recognised) const;
   /// Visits of the view's nearest experience; 0 if none is within exp_delta_pc_threshold.
@@ -100,6 +105,7 @@ class ExperienceSelector {
   std::vector<Experience> experiences_;  ///< by id
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> of_view_;
   std::uint32_t current_ = 0;
+  bool nowhere_ = false;  ///< since wakeUp(): the robot is no longer at current_
 };
 
 }  // namespace ratslam

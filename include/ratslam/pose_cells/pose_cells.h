@@ -44,12 +44,10 @@ class PoseCells {
   /// Number of times that all activity had died and the network restarted at the last best estimate.
   std::uint64_t reseeds() const { return network_.reseeds(); }
 
-  /// To be called when the robot goes on from an unknown position (ViewInput::wakeUp).
-  void wakeUp() { view_input_.wakeUp(); }
+  /// To be called when the robot goes on from an unknown position: ViewInput::wakeUp and ExperienceSelector::wakeUp.
+  void wakeUp();
   /// Forgets the ties of the view cells with this number and higher ones, which will get other views.
   void forgetViewsFrom(std::uint32_t view_id);
-  /// Whether a view cell is tied.
-  bool knowsView(std::uint32_t view_id) const { return view_input_.knows(view_id); }
   std::optional<PlaceView> viewOf(std::uint32_t experience) const { return selector_.viewOf(experience); }
   /// Number of experiences created.
   std::size_t experiences() const { return selector_.size(); }

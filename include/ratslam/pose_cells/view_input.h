@@ -38,10 +38,9 @@ class ViewInput {
   /// a recorded topic has none. @param estimate present best estimate. @return the injection, if there is one.
   std::optional<Injection> onView(const ViewEvent& event, const PoseCellEstimate& estimate);
 
-  bool knows(std::uint32_t view_id) const { return ties_.count(view_id) > 0; }
-  /// To be called when the robot goes on from an unknown position. All ids known now inject when they are recalled,
-  /// also those tied last: the robot may have come back to them.
-  void wakeUp() { known_before_ = ties_.size(); }
+  /// To be called when the robot goes on from an unknown position. All ids known now are at rest, and inject when they
+  /// are recalled, also those tied last: the robot may have come back to them.
+  void wakeUp();
 
   /// Forgets the ties of the view cells with this number and higher ones, which will get other views.
   void forgetFrom(std::uint32_t view_id);

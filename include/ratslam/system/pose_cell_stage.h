@@ -62,8 +62,7 @@ class PoseCellStage {
   const PoseCells& cells() const { return cells_; }
 
   /// Session of the view cells' numbers. When another one begins, the ties of view cells that it does not know are
-  /// forgotten. So they are when a view is learned under a number that is known: the local view began again at the
-  /// same stamp.
+  /// forgotten.
   const NumberSession& viewSession() const { return view_session_; }
 
   /// Clears the streams, before another drive or another part of the same drive.

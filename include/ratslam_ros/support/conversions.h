@@ -41,10 +41,9 @@ void addQuality(const ratslam_ros::OdometryQuality& message, OdometrySample& sam
 ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message);
 ratslam_ros::ViewTemplate viewToMessage(const ViewEvent& view);
 
-/// ViewTemplate has no fields for the session and for a view that is new. So both are appended to frame_id: "FRAME session
-/// ID KNOWN", for a new view with " new".
-std::string withSession(const std::string& frame_id, const NumberSession& session, bool learned);
-/// The session in such a frame_id; id 0 if there is none. viewFromMessage reads both.
+/// ViewTemplate has no field for the session, so it is appended to frame_id: "FRAME session ID KNOWN".
+std::string withSession(const std::string& frame_id, const NumberSession& session);
+/// The session in such a frame_id; id 0 if there is none.
 NumberSession sessionIn(const std::string& frame_id);
 
 /// @throws std::runtime_error for an action number that the message type does not define

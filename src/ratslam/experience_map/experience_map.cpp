@@ -289,7 +289,9 @@ void ExperienceMap::checkAction(const TopologicalAction& action, const RecallGeo
     if (action.dest_id != experiences) reject("the next new experience is " + std::to_string(experiences));
   } else {
     if (action.dest_id >= experiences) reject("there is no experience " + std::to_string(action.dest_id));
-    if (action.dest_id == ignored_.value_or(*current_)) reject("the robot is at that experience already");
+    // Who is lost may be where it was last.
+    if (!robot_.lost && action.dest_id == ignored_.value_or(*current_))
+      reject("the robot is at that experience already");
   }
   if (!std::isfinite(action.relative_rad)) reject("relative_rad is not finite");
   if (geometry != nullptr && !finite(*geometry)) {

@@ -69,7 +69,8 @@ std::optional<std::string> OdometryDoubts::twistSideways(const OdometrySample& s
   said_twist_sideways_ = true;
   std::ostringstream text;
   text << "linear.y is not used, and it is " << sample.sideways << " m/s at " << formatStamp(sample.stamp)
-       << ": the map moves forward only, by linear.x; the robot must turn to where it drives";
+       << ": pose cells, and a map without exp_height, move forward only, by linear.x; the robot must turn "
+          "to where it drives";
   return text.str();
 }
 

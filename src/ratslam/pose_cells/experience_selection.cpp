@@ -18,7 +18,7 @@ TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCe
   action.src_id = current_;
   // The current experience has the view cell of the last decision, because every change of the view cell leads
   // to step 1 or 2.
-  const bool other_view = experiences_.empty() || experiences_[current_].view_id != view.id;
+  const bool other_view = nowhere_ || experiences_.empty() || experiences_[current_].view_id != view.id;
   if (other_view || distance(view, estimate, experiences_[current_]) > reach(experiences_[current_])) {
     const std::optional<std::uint32_t> match = nearestOther(view, estimate, other_view);
     if (!match && !learning_) return stay(view.stamp);
@@ -26,6 +26,7 @@ TopologicalAction ExperienceSelector::select(const ViewEvent& view, const PoseCe
     const bool seen = other_view || params_.experience_density == 0.0;
     action.kind = !match ? ActionKind::kCreateNode : seen ? ActionKind::kCreateEdge : ActionKind::kSetNode;
     current_ = match ? *match : create(view, estimate, seen);
+    nowhere_ = false;
     if (match && learning_ && params_.experience_density > 0.0) ++experiences_[current_].visits;
   }
   action.dest_id = current_;
@@ -61,7 +62,7 @@ std::optional<std::uint32_t> ExperienceSelector::nearestOther(const ViewEvent& v
   std::optional<std::uint32_t> nearest;
   double nearest_distance = params_.experience_distance;
   for (const std::uint32_t id : candidates->second) {
-    if (id == current_ || (recognised && !experiences_[id].recognisable)) continue;
+    if ((id == current_ && !nowhere_) || (recognised && !experiences_[id].recognisable)) continue;
     const double d = distance(view, estimate, experiences_[id]);
     if (d < nearest_distance && d < reach(experiences_[id])) {
       nearest = id;
@@ -121,6 +122,7 @@ void ExperienceSelector::indexViews() {
 void ExperienceSelector::save(State& state) const {
   state.set("selection", experiences_);
   state.set("current", current_);
+  state.set("nowhere", nowhere_);
   if (params_.experience_density == 0.0) return;
   std::vector<std::uint8_t> recognisable;
   for (const Experience& experience : experiences_) recognisable.push_back(experience.recognisable ? 1 : 0);
@@ -147,6 +149,7 @@ void ExperienceSelector::load(const State& state) {
   }
   experiences_ = std::move(experiences);
   current_ = current;
+  state.get("nowhere", nowhere_);
   indexViews();
 }
 

@@ -15,6 +15,11 @@ void PoseCells::activate(const ViewEvent& event) {
   if (injection) network_.inject(injection->cell, injection->energy);
 }
 
+void PoseCells::wakeUp() {
+  view_input_.wakeUp();
+  selector_.wakeUp();
+}
+
 void PoseCells::forgetViewsFrom(std::uint32_t view_id) {
   view_input_.forgetFrom(view_id);
   selector_.forgetViewsFrom(view_id);

@@ -42,6 +42,15 @@ std::optional<Injection> ViewInput::recall(Tie& tie, const ViewEvent& event) con
                    energy};
 }
 
+void ViewInput::wakeUp() {
+  known_before_ = ties_.size();
+  previous_id_.reset();
+  for (auto& [id, tie] : ties_) {
+    tie.saturation = params_.active_decay;
+    tie.updated = events_;
+  }
+}
+
 void ViewInput::forgetFrom(std::uint32_t view_id) {
   for (auto it = ties_.begin(); it != ties_.end();)
     it = it->first >= view_id ? ties_.erase(it) : std::next(it);

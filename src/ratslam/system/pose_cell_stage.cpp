@@ -53,10 +53,7 @@ void PoseCellStage::load(const State& state) {
 }
 
 PoseCellDecision PoseCellStage::process(const ViewEvent& view) {
-  // A session gives each number once. Another one with the same first stamp, as of a drive that is played again, learns
-  // numbers that are known.
-  const bool begins_again = view.learned && view.id >= view.session.known && cells_.knowsView(view.id);
-  if (view.session.id != 0 && (view.session != view_session_ || begins_again)) {
+  if (view.session.id != 0 && view.session != view_session_) {
     if (view_session_.id != 0) cells_.forgetViewsFrom(view.session.known);
     view_session_ = view.session;
   }

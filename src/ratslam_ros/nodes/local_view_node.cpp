@@ -130,7 +130,7 @@ void LocalViewNode::publish(const std::vector<ViewObservation>& observations) {
     if (session_.id == 0) session_.id = std::max<Stamp>(observation.view.stamp, 1);
     if (observation.geometry) outputs_.back().publish(geometryToMessage(*observation.geometry));
     ratslam_ros::ViewTemplate message = viewToMessage(observation.view);
-    message.header.frame_id = withSession(last_header_.frame_id, session_, observation.view.learned);
+    message.header.frame_id = withSession(last_header_.frame_id, session_);
     outputs_.front().publish(message);
     commands_.said({session_.id, observation.view.stamp});
   }

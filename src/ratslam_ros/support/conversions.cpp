@@ -61,7 +61,6 @@ TopologicalAction decisionIn(const Message& message) {
 
 /// Separates frame and session in the frame_id of LocalView/Template.
 constexpr char kSessionMark[] = " session ";
-constexpr char kNewMark[] = " new";
 
 }  // namespace
 
@@ -161,7 +160,6 @@ ViewEvent viewFromMessage(const ratslam_ros::ViewTemplate& message) {
   view.relative_rad = message.relative_rad;
   requireFinite("relative_rad", view.relative_rad);
   view.session = sessionIn(message.header.frame_id);
-  view.learned = view.session.id != 0 && endsWith(message.header.frame_id, kNewMark);
   return view;
 }
 
@@ -183,9 +181,8 @@ TopologicalAction actionFromMessage(const ratslam_ros::PoseCellState& message) {
   return action;
 }
 
-std::string withSession(const std::string& frame_id, const NumberSession& session, bool learned) {
-  return frame_id + kSessionMark + std::to_string(session.id) + ' ' + std::to_string(session.known) +
-         (learned ? kNewMark : "");
+std::string withSession(const std::string& frame_id, const NumberSession& session) {
+  return frame_id + kSessionMark + std::to_string(session.id) + ' ' + std::to_string(session.known);
 }
 
 NumberSession sessionIn(const std::string& frame_id) {

@@ -58,7 +58,7 @@ void PartCommands::run(const Request& request) {
     case Request::LOAD:
       exchange(files.loadFrom(inFolder(request.path)));
       actions_.begin();
-      files.continueFrom(request.path);
+      files.continueFrom(inFolder(request.path));
       forgetStream();
       keep();
       ROS_INFO("%s: loaded from %s", part().c_str(), request.path.c_str());

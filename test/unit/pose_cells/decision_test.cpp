@@ -51,6 +51,19 @@ TEST(ViewInput, AfterWakingUpAllKnownViewsInjectAndNewOnesAreYoungAgain) {
   }
 }
 
+/// A robot that has stood at its dock all night knows the dock in the morning.
+TEST(ViewInput, AfterWakingUpViewsAreAtRest) {
+  ViewInput input{PoseCellParams{}};
+  for (std::uint32_t id = 0; id < 20; ++id) input.onView(view(id), {});
+  const double rested = input.onView(view(0), {})->energy;
+  for (int look = 0; look < 1000; ++look) input.onView(view(0), {});
+  EXPECT_FALSE(input.onView(view(0), {}));
+  input.wakeUp();
+  const auto injection = input.onView(view(0), {});
+  ASSERT_TRUE(injection);
+  EXPECT_EQ(injection->energy, rested);
+}
+
 TEST(ViewInput, InjectsWhereTheViewWasTiedTurnedByTheRelativeHeading) {
   ViewInput input{PoseCellParams{}};
   input.onView(view(0), {3.9, 20.2, 35.5});
@@ -220,6 +233,27 @@ TEST(ExperienceSelector, ADenserMapIsRecalledWhereAViewBegan) {
   const TopologicalAction recall = again.select(view(5), {6, 10, 10});
   EXPECT_EQ(recall.kind, ActionKind::kCreateEdge);
   EXPECT_EQ(recall.dest_id, elsewhere.dest_id);
+}
+
+/// Where the robot parked, too: the map must learn that it is there again.
+TEST(ExperienceSelector, AfterWakingUpTheLastPlaceIsRecalledAsAnyOther) {
+  for (const bool saved : {false, true}) {
+    ExperienceSelector selector{PoseCellParams{}};
+    selector.select(view(5), {10, 10, 10});
+    selector.select(view(6), {15, 10, 10});
+    selector.wakeUp();
+    EXPECT_EQ(selector.stay(0).kind, ActionKind::kNone);
+    if (saved) {
+      State state;
+      selector.save(state);
+      selector = ExperienceSelector{PoseCellParams{}};
+      selector.load(State::fromBytes(state.toBytes()));
+    }
+    const TopologicalAction recall = selector.select(view(6), {15, 10, 10});
+    EXPECT_EQ(recall.kind, ActionKind::kCreateEdge);
+    EXPECT_EQ(recall.dest_id, 1U);
+    EXPECT_EQ(selector.select(view(6), {15, 10, 10}).kind, ActionKind::kNone);
+  }
 }
 
 TEST(ExperienceSelector, WithoutLearningVisitsDoNotCount) {

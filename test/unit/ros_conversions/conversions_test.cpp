@@ -149,20 +149,6 @@ TEST(Events, UnknownActionIsNamed) {
   }
 }
 
-TEST(Events, SessionAndNewnessOfAViewSurviveTheWire) {
-  const NumberSession session{1600000000123456789, 17};
-  for (const bool learned : {true, false}) {
-    ratslam_ros::ViewTemplate message = viewToMessage(ViewEvent{});
-    message.header.frame_id = withSession("a new camera", session, learned);
-    const ViewEvent view = viewFromMessage(message);
-    EXPECT_EQ(view.session, session);
-    EXPECT_EQ(view.learned, learned);
-  }
-  ratslam_ros::ViewTemplate foreign = viewToMessage(ViewEvent{});
-  foreign.header.frame_id = "camera new";
-  EXPECT_FALSE(viewFromMessage(foreign).learned);
-}
-
 TEST(Events, GeometrySurvivesTheWire) {
   const RecallGeometry geometry{7,   21, 0.1,        -2.0,       3.0, 0.4,  0.01,
                                 0.2, 85, 5000000003, 4000000002, 1.5, 0.25, -0.4};

@@ -128,6 +128,14 @@ TEST_F(PartCommandsTest, CheckRefusesWhatCannotBeKept) {
   expectPart(3, 4, 0);
 }
 
+TEST_F(PartCommandsTest, APathIsRelativeToMapDir) {
+  mapFile(true);
+  run(Request::CHECK, "whole.db");
+  run(Request::LOAD, "whole.db");
+  expectPart(30, 40, 1);
+  EXPECT_EQ(placesAfterAKill(), 30);
+}
+
 TEST_F(PartCommandsTest, LoadTakesAWholeMap) {
   run(Request::LOAD, mapFile(true));
   expectPart(30, 40, 1);
