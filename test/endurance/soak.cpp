@@ -1,12 +1,14 @@
 // Drives the pose cells and the map for very long, with odometry that drifts and views that are recalled. Prints memory
 // and processor time over the frames. The path as the map has it in the end goes to FOLDER/final.tum, the true one to
 // FOLDER/truth.tum.
-// Usage: soak [FRAMES [streets|patrol|phases|network [EXP_DENSITY [FOLDER]]]] > soak.csv
+// Usage: soak [FRAMES [streets|patrol|phases|network|day [EXP_DENSITY [FOLDER]]]] > soak.csv
 //   streets  (1,000,000 frames) one loop of 2 km for eight tenths of them, then new streets, then the loop again
 //   patrol   (500,000 frames) one loop of 500 m, a row a lap
 //   phases   (500,000 frames) the same, 0.37 m longer, so that the frames of a lap lie between those of other laps, and with
 //            cells of 4 m, as far as one view reaches
 //   network  (10,000,000 frames: a month at four a second) a grid of 24 streets, turned into at random at each crossing
+//   day      (8,640,000 frames: 24 hours of odometry at 100 Hz, a view with each tenth) one loop of 2 km for an hour at a time,
+//            each followed by five hours at one place; from the 12th to the 18th hour the camera is silent
 #include <time.h>
 #include <unistd.h>
 
@@ -30,7 +32,8 @@ namespace {
 using namespace ratslam;
 
 constexpr double kPi2 = 2.0 * 3.14159265358979323846;
-constexpr double kSpeed = 10.0;            // [m/s], 10 frames a second: 1 m a frame
+constexpr double kSpeed = 10.0;            // [m/s]
+constexpr Stamp kTenth = 100'000'000;      // between frames: 1 m. During a day they are shorter
 constexpr std::size_t kFramesPerView = 4;  // a new view every so many metres
 
 double residentMegabytes() {
@@ -51,12 +54,15 @@ double processorMilliseconds() {
 struct Step {
   double yaw_rate = 0.0;  ///< [rad/s]
   std::uint64_t place = 0;
+  double speed = kSpeed;  ///< [m/s]
+  bool seen = true;       ///< whether there is an image
 };
 
 class Road {
  public:
   virtual ~Road() = default;
   virtual Step next() = 0;
+  virtual Stamp period() const { return kTenth; }
 };
 
 class Loop : public Road {
@@ -141,6 +147,29 @@ class Network : public Road {
   int at_ = 0;
 };
 
+/// Most of the day the robot stands, and at times it sees nothing.
+class Day : public Road {
+ public:
+  Step next() override {
+    const std::size_t frame = frame_++;
+    const std::size_t hour = frame / kHour;
+    const bool stands = hour % 6 != 0;
+    if (!stands && frame % kFramesPerMetre == 0) here_ = loop_.next();
+    Step step = here_;
+    if (stands) step.speed = step.yaw_rate = 0.0;
+    step.seen = frame % kFramesPerMetre == 0 && (hour < 12 || hour >= 18);
+    return step;
+  }
+  Stamp period() const override { return kTenth / kFramesPerMetre; }
+
+ private:
+  static constexpr std::size_t kHour = 360'000;  // frames
+  static constexpr std::size_t kFramesPerMetre = 10;
+  std::size_t frame_ = 0;
+  Step here_;
+  Loop loop_{2000};
+};
+
 std::vector<StampedPose3> inSpace(const std::vector<StampedPose>& path) {
   std::vector<StampedPose3> poses;
   for (const StampedPose& at : path) {
@@ -155,18 +184,20 @@ int main(int argc, char** argv) {
   const std::string kind = argc > 2 ? argv[2] : "streets";
   const std::size_t usual = kind == "patrol" || kind == "phases" ? 500'000
                             : kind == "network"                  ? 10'000'000
+                            : kind == "day"                      ? 8'640'000
                                                                  : 1'000'000;
   const std::size_t frames = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : usual;
   std::size_t window = std::max<std::size_t>(frames / 100, 1);
   std::unique_ptr<Road> road;
   if (kind == "streets") road = std::make_unique<LoopAndStreets>(frames);
   if (kind == "network") road = std::make_unique<Network>();
+  if (kind == "day") road = std::make_unique<Day>();
   if (kind == "patrol" || kind == "phases") {
     window = 500;
     road = std::make_unique<Loop>(kind == "phases" ? 500.37 : 500.0);
   }
   if (!road || frames == 0) {
-    std::cerr << "Usage: soak [FRAMES [streets|patrol|phases|network [EXP_DENSITY [FOLDER]]]]\n";
+    std::cerr << "Usage: soak [FRAMES [streets|patrol|phases|network|day [EXP_DENSITY [FOLDER]]]]\n";
     return 2;
   }
   PoseCellParams cells;
@@ -181,31 +212,34 @@ int main(int argc, char** argv) {
   std::map<std::uint64_t, std::uint32_t> view_of_place;
   std::vector<StampedPose> truth;
   Motion driven;
+  const double seconds = 1e-9 * static_cast<double>(road->period());
   double worst_ms = 0.0;
   double sum_ms = 0.0;
   std::cout << "frames,experiences,links,graph_nodes,memory_mb,mean_ms,worst_ms\n";
   for (std::size_t frame = 0; frame < frames; ++frame) {
     const Step step = road->next();
     OdometrySample sample;
-    sample.stamp = static_cast<Stamp>(frame + 1) * 100'000'000;
-    sample.speed = kSpeed * (1.0 + 0.02 * noise(random));
-    sample.yaw_rate = step.yaw_rate + 0.002 * noise(random);
+    sample.stamp = static_cast<Stamp>(frame + 1) * road->period();
+    sample.speed = step.speed * (1.0 + 0.02 * noise(random));
+    sample.yaw_rate = step.yaw_rate + (step.speed > 0.0 ? 0.002 * noise(random) : 0.0);
     OdometryStep exact;
-    exact.rotation = frame == 0 ? 0.0 : 0.1 * step.yaw_rate;
-    exact.forward = frame == 0 ? 0.0 : 0.1 * kSpeed;
+    exact.rotation = frame == 0 ? 0.0 : seconds * step.yaw_rate;
+    exact.forward = frame == 0 ? 0.0 : seconds * step.speed;
     driven.add(exact);
     if (!folder.empty()) truth.push_back({sample.stamp, compose(MapPose{}, driven.pose)});
-    const auto [seen, learned] =
-        view_of_place.emplace(step.place, static_cast<std::uint32_t>(view_of_place.size()));
     ViewEvent view;
     view.stamp = sample.stamp;
-    view.learned = learned;
-    view.id = seen->second;
+    if (step.seen) {
+      const auto [seen, learned] =
+          view_of_place.emplace(step.place, static_cast<std::uint32_t>(view_of_place.size()));
+      view.learned = learned;
+      view.id = seen->second;
+    }
 
     const double begin = processorMilliseconds();
     pose_cells.addOdometry(sample);
     map.addOdometry(sample);
-    pose_cells.addView(view);
+    if (step.seen) pose_cells.addView(view);
     for (const PoseCellDecision& decision : pose_cells.drain()) map.addDecision(decision.action);
     map.drain();
     const double took = processorMilliseconds() - begin;
