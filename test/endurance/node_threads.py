@@ -45,6 +45,14 @@ def start(harness, name, options, folder):
     return harness.Process(command)
 
 
+def foreign_libraries(process, options):
+    """Our libraries that a running node has loaded from elsewhere: in those the sanitizer sees nothing."""
+    with open(f"/proc/{process.pid}/maps", encoding="utf-8") as maps:
+        loaded = {line.split()[-1] for line in maps if "/libratslam" in line}
+    own = os.path.realpath(os.path.join(options.programs, ".."))
+    return sorted(path for path in loaded if not os.path.realpath(path).startswith(own + os.sep))
+
+
 def disturb(rospy, step):
     """What a user does to running nodes."""
     from dynamic_reconfigure.client import Client
@@ -104,6 +112,9 @@ def drive(harness, options, folder, later_s):
     wrong = {}
     if not harness.wait_until(connected, PATIENCE_S):
         wrong["all"] = "the nodes did not connect"
+    for name, node in nodes.items():
+        if node.process.poll() is None and foreign_libraries(node.process, options):
+            wrong["all"] = f"{name} runs with {foreign_libraries(node.process, options)[0]}, which the sanitizer does not see"
     step = 0
     try:
         for topic, message, _ in rosbag.Bag(options.bag).read_messages():
