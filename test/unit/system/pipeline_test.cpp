@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <opencv2/imgproc.hpp>
 #include <sstream>
 
 #include "ratslam/common/state.h"
 #include "ratslam/dataset/odometry_file.h"
 #include "ratslam/odometry/profile/profile_source.h"
 #include "ratslam/system/run_log.h"
+#include "street.h"
 
 namespace ratslam {
 namespace {
@@ -20,29 +20,10 @@ namespace {
 constexpr Stamp kTenth = 100000000;
 constexpr int kFrames = 240;
 
-/// A street seen sideways: smooth random columns. Driving moves the window; two laps of 120 frames show the
-/// same.
+/// Driving moves the window over the street; two laps of 120 frames show the same.
 cv::Mat view(int frame) {
   static_assert(kFrames == 240, "two laps");
-  cv::Mat street(40, 1400, CV_8UC1);
-  cv::RNG random(7);
-  random.fill(street, cv::RNG::UNIFORM, 0, 256);
-  cv::GaussianBlur(street, street, cv::Size(0, 0), 6.0);
-  cv::normalize(street, street, 0, 255, cv::NORM_MINMAX);
-  const int offset = (frame % 120) * 10;
-  return street.colRange(offset, offset + 160).clone();
-}
-
-PipelineParams params() {
-  PipelineParams p;
-  p.local_view.view_template.x_size = 32;
-  p.local_view.view_template.y_size = 8;
-  p.local_view.match_threshold = 0.02;
-  p.local_view.shift_match = 3;
-  p.local_view.step_match = 1;
-  p.pose_cells.cell_size = 1.0;
-  p.pose_cells.experience_distance = 1.0;
-  return p;
+  return streetView(1400, (frame % 120) * 10);
 }
 
 /// Twice round a square of 30 m a side at 10 m/s, turning at the corners.
@@ -69,7 +50,7 @@ std::string describe(const ExperienceMap& map) {
 
 /// The whole drive in one process.
 std::string runPipeline(double odometry_period) {
-  Pipeline pipeline(params(), {});
+  Pipeline pipeline(streetParams(), {});
   int sample = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
     while (motion(sample, odometry_period).stamp <= frame * kTenth) {
@@ -83,9 +64,9 @@ std::string runPipeline(double odometry_period) {
 
 /// The same drive as separate nodes whose messages arrive in bursts of various lengths.
 std::string runStages(double odometry_period, int burst) {
-  LocalViewCells local_view(params().local_view);
-  PoseCellStage pose_cells(params().pose_cells);
-  MapStage map(params().experience_map, GeometrySource::kNone);
+  LocalViewCells local_view(streetParams().local_view);
+  PoseCellStage pose_cells(streetParams().pose_cells);
+  MapStage map(streetParams().experience_map, GeometrySource::kNone);
   int frame = 0;
   int sample = 0;
   const Stamp end = motion(0, odometry_period).stamp + kFrames * kTenth;
@@ -117,7 +98,7 @@ TEST(Pipeline, NodesAndOneProcessGiveTheSameMapWhateverTheArrivalOrder) {
 }
 
 TEST(Pipeline, SecondLapIsRecalled) {
-  Pipeline pipeline(params(), {});
+  Pipeline pipeline(streetParams(), {});
   std::size_t recalls = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
     pipeline.addOdometry(motion(frame, 0.1));
@@ -131,8 +112,8 @@ TEST(Pipeline, SecondLapIsRecalled) {
 }
 
 TEST(Pipeline, BadOdometryIsCountedAndLeavesNoTrace) {
-  Pipeline clean(params(), {});
-  Pipeline dirty(params(), {});
+  Pipeline clean(streetParams(), {});
+  Pipeline dirty(streetParams(), {});
   for (int frame = 0; frame < 60; ++frame) {
     OdometrySample bad = motion(frame, 0.1);
     bad.stamp -= kTenth / 2;
@@ -149,7 +130,7 @@ TEST(Pipeline, BadOdometryIsCountedAndLeavesNoTrace) {
 
 TEST(Pipeline, OneSampleAheadOfTimeIsDroppedAndTheMapIsAsWithoutIt) {
   const auto run = [](bool belief, int at, double ahead) {
-    PipelineParams with = params();
+    PipelineParams with = streetParams();
     if (belief) with.local_view.recall.kind = "belief";
     Pipeline pipeline(with, {});
     const std::size_t dropped = ahead > 0.0 ? 1 : 0;
@@ -182,7 +163,7 @@ TEST(Pipeline, OneSampleAheadOfTimeIsDroppedAndTheMapIsAsWithoutIt) {
 /// The images' clock: one image ahead of time, or all set back for good from an image on.
 TEST(Pipeline, ImagesThatNeverReachTheMapAreCounted) {
   for (const double set : {5.0, 1000.0, -1000.0}) {
-    Pipeline pipeline(params(), {});
+    Pipeline pipeline(streetParams(), {});
     std::size_t mapped = 0;
     for (int frame = 0; frame < kFrames; ++frame) {
       const bool wrong = set > 0.0 ? frame == 100 : frame >= 100;
@@ -205,7 +186,7 @@ TEST(Pipeline, ImagesThatNeverReachTheMapAreCounted) {
 }
 
 TEST(Pipeline, ALoopedRecordingKeepsTheMapAndLinksNothingAcrossTheJump) {
-  Pipeline pipeline(params(), {});
+  Pipeline pipeline(streetParams(), {});
   for (int lap = 0; lap < 2; ++lap) {
     for (int frame = 0; frame < 100; ++frame) {
       pipeline.addOdometry(motion(frame, 0.1));
@@ -229,8 +210,8 @@ TEST(Pipeline, ALoopedRecordingKeepsTheMapAndLinksNothingAcrossTheJump) {
 /// Stamps that step back a little must not put the numbers of the experiences out of step: each later creation
 /// would be refused.
 TEST(Pipeline, OdometryThatStepsBackLosesNothing) {
-  Pipeline clean(params(), {});
-  Pipeline disturbed(params(), {});
+  Pipeline clean(streetParams(), {});
+  Pipeline disturbed(streetParams(), {});
   for (int frame = 0; frame < kFrames; ++frame) {
     for (Pipeline* pipeline : {&clean, &disturbed}) {
       pipeline->addOdometry(motion(frame, 0.1));
@@ -284,7 +265,7 @@ double meanError(const ExperienceMap& map) {
 /// An odometry that starts again at its origin.
 TEST(Pipeline, AnOdometryThatIsRestartedDoesNotSpoilTheMap) {
   const auto run = [](int silent_from, int silent_to) {
-    PipelineParams p = params();
+    PipelineParams p = streetParams();
     p.experience_map.exp_height = true;
     Pipeline pipeline(p, {});
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -312,7 +293,7 @@ TEST(Pipeline, AnOdometryThatIsRestartedDoesNotSpoilTheMap) {
 
 /// An image that comes late by one place.
 TEST(Pipeline, ALateImageIsLeftOutAndTheMapGoesOn) {
-  Pipeline pipeline(params(), {});
+  Pipeline pipeline(streetParams(), {});
   for (int frame = 0; frame < kFrames; ++frame) {
     const int shown = frame % 50 == 20 ? frame + 1 : frame % 50 == 21 ? frame - 1 : frame;
     pipeline.addOdometry(motion(frame, 0.1));
@@ -325,7 +306,7 @@ TEST(Pipeline, ALateImageIsLeftOutAndTheMapGoesOn) {
 TEST(RunLog, ARunFromTheOdometryOfAnEarlierOneIsTheSame) {
   const auto folder = std::filesystem::temp_directory_path() / "run_log_odometry_test";
   std::filesystem::remove_all(folder);
-  PipelineParams with_height = params();
+  PipelineParams with_height = streetParams();
   with_height.experience_map.exp_height = true;  // the map then takes displacements from the poses
   Pipeline first(with_height,
                  std::make_unique<ProfileSource>(with_height.odometry.of<ProfileOdometryParams>()));
@@ -357,13 +338,13 @@ TEST(PipelineParams, EveryModelsKeysAreKnownOnce) {
 TEST(RunLog, LeavesTheStatedFiles) {
   const auto folder = std::filesystem::temp_directory_path() / "run_log_test";
   std::filesystem::remove_all(folder);
-  Pipeline pipeline(params(), {});
+  Pipeline pipeline(streetParams(), {});
   RunLog log(folder.string());
   for (int frame = 0; frame < 50; ++frame) {
     log.append(pipeline.addOdometry(motion(frame, 0.1)), pipeline.map());
     log.append(pipeline.addImage({frame * kTenth, view(frame)}), pipeline.map());
   }
-  log.finish(pipeline, params(), {{"frames", 50.0}});
+  log.finish(pipeline, streetParams(), {{"frames", 50.0}});
   const auto lines = [&folder](const std::string& name) {
     std::ifstream file(folder / name);
     return std::count(std::istreambuf_iterator<char>(file), {}, '\n');
@@ -384,9 +365,9 @@ TEST(Pipeline, AnotherDriveInTheSameMapStartsDeadReckoningAnew) {
     return state.child("local_view").child("streams").get<std::uint32_t>("epoch");
   };
   State mapped;
-  Pipeline(params(), {}).save(mapped);
+  Pipeline(streetParams(), {}).save(mapped);
   for (const bool go_on : {true, false}) {
-    Pipeline pipeline(params(), {});
+    Pipeline pipeline(streetParams(), {});
     pipeline.load(mapped, go_on);
     State loaded;
     pipeline.save(loaded);

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <numeric>
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "ratslam/system/pipeline.h"
+#include "street.h"
 
 namespace ratslam {
 namespace {
@@ -16,27 +16,8 @@ constexpr Stamp kNextDay = 86'400'000'000'000;
 constexpr int kParked = 120;  // frame at which the drive ends
 constexpr int kLooks = 15;    // before and after the night
 
-/// A street seen sideways. Each frame shows it half a metre further on.
-cv::Mat view(int frame) {
-  cv::Mat street(40, 160 + 10 * 200, CV_8UC1);
-  cv::RNG random(7);
-  random.fill(street, cv::RNG::UNIFORM, 0, 256);
-  cv::GaussianBlur(street, street, cv::Size(0, 0), 6.0);
-  cv::normalize(street, street, 0, 255, cv::NORM_MINMAX);
-  return street.colRange(10 * frame, 10 * frame + 160).clone();
-}
-
-PipelineParams params() {
-  PipelineParams p;
-  p.local_view.view_template.x_size = 32;
-  p.local_view.view_template.y_size = 8;
-  p.local_view.match_threshold = 0.02;
-  p.local_view.shift_match = 3;
-  p.local_view.step_match = 1;
-  p.pose_cells.cell_size = 1.0;
-  p.pose_cells.experience_distance = 1.0;
-  return p;
-}
+/// Each frame shows the street half a metre further on.
+cv::Mat view(int frame) { return streetView(160 + 10 * 200, 10 * frame); }
 
 struct Robot {
   explicit Robot(Stamp start) : now(start) {}
@@ -50,7 +31,7 @@ struct Robot {
     now += kTenth;
   }
 
-  Pipeline pipeline{params(), {}};
+  Pipeline pipeline{streetParams(), {}};
   Stamp now;
 };
 
