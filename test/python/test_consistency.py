@@ -10,7 +10,7 @@ from ratslam_tools.datasets import odometry_file
 from ratslam_tools.errors import InputError
 from ratslam_tools.evaluation import consistency
 from ratslam_tools.runs import run_folder
-from ratslam_tools.trajectory import write_tum
+from ratslam_tools.trajectory import Trajectory, read_trajectory, write_tum
 
 STEPS = 2000
 TWIST_SIGMA = np.array([0.1, 0.02, 0.02, 0.002, 0.003, 0.004])  # [m/s, rad/s]
@@ -40,6 +40,7 @@ def write_run(folder, truth, said=1.0):
     position, rotation = truth.positions[0].copy(), truth.rotations[0].copy()
     lines = [",".join(names)]
     poses = ["stamp,x,y,z,yaw," + ",".join(POSE_NAMES)]
+    online = []
     pose_sigma = np.array([0.3, 0.2, 0.1, 0.01])
     exact = np.array([1e-3, 1e-3, 1e-3, 1e-5])  # what a map says of its first pose
     for k in range(len(truth)):
@@ -56,10 +57,12 @@ def write_run(folder, truth, said=1.0):
         yaw = np.arctan2(truth.rotations[k, 1, 0], truth.rotations[k, 0, 0])
         wrong = random.normal(size=4) * pose_sigma if k > 0 else np.zeros(4)
         values = [truth.stamps[k], *(np.append(truth.positions[k], yaw) + wrong)]
+        online.append((truth.positions[k] + wrong[:3], rotation_of(np.array([0.0, 0.0, wrong[3]])) @ truth.rotations[k]))
         upper = np.diag(((said * pose_sigma if k > 0 else exact) ** 2))[np.triu_indices(4)]
         poses.append(",".join(f"{value:.17g}" for value in [*values, *upper]))
     (folder / "odometry.csv").write_text("\n".join(lines) + "\n")
     (folder / "pose_covariance.csv").write_text("\n".join(poses) + "\n")
+    write_tum(folder / "trajectory_online.tum", Trajectory(*map(np.array, zip(*online)), truth.stamps))
     return folder
 
 
@@ -68,7 +71,7 @@ def measured(folder, truth):
     poses = run_folder.read_columns(str(folder / "pose_covariance.csv"), consistency.POSE_COLUMNS)
     return (
         consistency.summary(consistency.motion_nees(motions, truth), 6),
-        consistency.summary(consistency.pose_nees(poses, truth), 4),
+        consistency.summary(consistency.pose_nees(poses, read_trajectory(str(folder / "trajectory_online.tum")), truth), 4),
     )
 
 
@@ -89,10 +92,18 @@ def test_errors_as_large_as_said_lie_in_the_band(tmp_path, drive):
 
 
 def test_the_map_may_lie_anywhere(tmp_path, drive):
+    """Also where the axes of the truth are tilted, as those of a camera at the first of KITTI's frames are."""
     truth = drive(STEPS)
-    turned = rotation_of(np.array([0.0, 0.0, 1.2]))
+    turned = rotation_of(np.array([0.0, 0.0, 1.2])) @ rotation_of(np.array([0.02, -0.03, 0.0]))
     _, found = measured(write_run(tmp_path / "run", truth), truth.transformed(turned, np.array([5.0, -70.0, 2.0])))
     assert found["percent_in_band"] == pytest.approx(95.0, abs=2.0)
+
+
+def test_a_first_pose_that_is_not_on_the_path_is_named(drive):
+    truth = drive(100)
+    other = Trajectory(truth.positions, truth.rotations, truth.stamps + 50.0, "trajectory_online.tum")
+    with pytest.raises(InputError, match=r"the pose at 0\.000000 s is not in trajectory_online\.tum"):
+        consistency.pose_nees(poses_with(np.full((100, 4), 1e-3), truth), other, truth)
 
 
 def test_who_promises_too_much_or_too_little_leaves_the_band(tmp_path, drive):
@@ -170,8 +181,8 @@ def test_a_run_in_a_loaded_map_is_judged_by_its_own_stretch(drive, tmp_path, cap
     write_tum(tmp_path / "truth.tum", known)
     run = write_run(tmp_path / "run", known, said=0.1)  # the first day's, which was too sure
     own = write_run(tmp_path / "own", known)
-    for name in ("odometry", "pose_covariance"):
-        (own / f"{name}.csv").rename(run / f"{name}_2.csv")
+    for name in ("odometry.csv", "pose_covariance.csv", "trajectory_online.tum"):
+        (own / name).rename(run / name.replace(".", "_2."))
     evaluate_nees.main([str(run), "--truth", str(tmp_path / "truth.tum"), "--save_results", str(tmp_path / "n.json")])
     told = capsys.readouterr().out
     assert f"evaluated: the last stretch of 2 ({run / 'odometry_2.csv'}, {run / 'pose_covariance_2.csv'})" in told
@@ -192,13 +203,13 @@ def test_a_truth_aligned_with_an_uncertain_pose_is_refused(drive):
     """As where a run goes on in a loaded map: the error of its first pose would be that of all others."""
     truth = drive(100)
     grown = np.outer(np.sqrt(np.arange(1, 101)), [0.1, 0.1, 0.1, 0.001])
-    assert len(consistency.pose_nees(poses_with(grown, truth), truth)) == 99
+    assert len(consistency.pose_nees(poses_with(grown, truth), truth, truth)) == 99
     complaint = r"the pose at 0\.000000 s, with which the truth is aligned, has a sigma of 1 m and 0\.03 rad in the map.*right is"
     with pytest.raises(InputError, match=complaint):
-        consistency.pose_nees(poses_with(grown + [0.9, 0.9, 0.0, 0.029], truth), truth)
+        consistency.pose_nees(poses_with(grown + [0.9, 0.9, 0.0, 0.029], truth), truth, truth)
     late = truth.select(range(60, 100))
     with pytest.raises(InputError, match=r"the pose at 6\.000000 s, .*a sigma of 0\.781 m and 0\.00781 rad"):
-        consistency.pose_nees(poses_with(grown, truth), late)
+        consistency.pose_nees(poses_with(grown, truth), truth, late)
 
 
 def test_a_yaw_in_doubt_counts_by_its_lever(drive):
@@ -206,7 +217,7 @@ def test_a_yaw_in_doubt_counts_by_its_lever(drive):
     sigmas = np.tile([0.1, 0.1, 0.1, 0.1], (1000, 1))
     sigmas[0] = [1e-3, 1e-3, 1e-3, 0.02]
     with pytest.raises(InputError, match=r"a sigma of 0\.001 m and 0\.02 rad"):
-        consistency.pose_nees(poses_with(sigmas, truth), truth)
+        consistency.pose_nees(poses_with(sigmas, truth), truth, truth)
 
 
 def test_a_column_that_is_missing_is_named(fails, tmp_path, drive):

@@ -10,7 +10,7 @@ from ratslam_tools.errors import InputError, require_folder
 from ratslam_tools.evaluation import consistency, write_json
 from ratslam_tools.runs import run_folder
 from ratslam_tools.table import format_table
-from ratslam_tools.trajectory import later_files
+from ratslam_tools.trajectory import later_files, read_trajectory
 
 
 def main(argv=None) -> None:
@@ -36,17 +36,18 @@ def main(argv=None) -> None:
     if not os.path.isfile(poses):
         raise InputError(f"{poses}: no such file; a run with exp_solver=graph leaves it")
     odometry = os.path.join(arguments.run, "odometry.csv")
-    stretches = [[path, *later_files(path)] for path in (odometry, poses)]
-    odometry, poses = (files[-1] for files in stretches)  # the truth belongs to the recording of this run
+    stretches = [[path, *later_files(path)] for path in (odometry, poses, os.path.join(arguments.run, "trajectory_online.tum"))]
+    odometry, poses, online = (files[-1] for files in stretches)  # the truth belongs to the recording of this run
     motions = odometry_file.read_motions(odometry)
     columns = run_folder.read_columns(poses, consistency.POSE_COLUMNS)
+    path = read_trajectory(online)
     results = {}
     if motions is None:
         told = "it states no poses with covariances, as only this package's odometries do; only the pose in the map is judged"
         print(f"note: {odometry}: {told}", file=sys.stderr)
     else:
         results["odometry"] = consistency.summary(_of_file(odometry, consistency.motion_nees, motions, known), 6)
-    results["map"] = consistency.summary(_of_file(poses, consistency.pose_nees, columns, known), 4)
+    results["map"] = consistency.summary(_of_file(poses, consistency.pose_nees, columns, path, known), 4)
     rows = [["NEES of", "count", "free", "mean", "median", "95 % band", "in band", "below", "above", "up to 95 %"]]
     for name, found in results.items():
         rows.append(

@@ -95,23 +95,28 @@ def motion_nees(odometry: odometry_file.Motions, truth: Trajectory) -> np.ndarra
     return nees(errors, odometry.covariances[ends] * dt**2)
 
 
-def pose_nees(poses: Dict[str, np.ndarray], truth: Trajectory) -> np.ndarray:
+def pose_nees(poses: Dict[str, np.ndarray], path: Trajectory, truth: Trajectory) -> np.ndarray:
     """NEES, 4 degrees of freedom (x, y, z, yaw), of the robot's poses in the map.
 
-    @param poses POSE_COLUMNS of pose_covariance.csv. The truth is aligned with the first pose that has a true one. That
-    pose must be all but exact in the map, as at the beginning of a new map, because its error goes into all others.
-    @throws InputError if it is not, or fewer than two have a true pose.
+    The truth is aligned with the first pose that has a true one, by all three angles: a map is level where it begins, and
+    the axes of a truth may be tilted, as those of KITTI's first camera are. That pose must be all but exact in the map, as at
+    the beginning of a new map, because its error goes into all others.
+    @param poses POSE_COLUMNS of pose_covariance.csv
+    @param path trajectory_online.tum of the same run, for the roll and pitch of the first pose
+    @throws InputError if the first pose is uncertain or not on the path, or fewer than two poses have a true one
     """
     rows, partners = association.match_stamps(poses["stamp"], truth.stamps, association.MAX_STAMP_DIFFERENCE_S)
     if len(rows) < 2:
         raise InputError("fewer than two poses of the map have a true pose")
+    first, on_path = association.match_stamps(poses["stamp"][rows[:1]], path.stamps, association.MAX_STAMP_DIFFERENCE_S)
+    if len(first) == 0:
+        raise InputError(f"the pose at {poses['stamp'][rows[0]]:.6f} s is not in {path.name}")
     estimates = np.stack([poses[name][rows] for name in ("x", "y", "z", "yaw")], axis=1)
-    true_yaw = np.arctan2(truth.rotations[partners, 1, 0], truth.rotations[partners, 0, 0])
-    turn = estimates[0, 3] - true_yaw[0]
-    level = np.array([[math.cos(turn), -math.sin(turn), 0], [math.sin(turn), math.cos(turn), 0], [0, 0, 1.0]])
+    turn = path.rotations[on_path[0]] @ truth.rotations[partners[0]].T
+    turned = turn @ truth.rotations[partners]
     expected = np.empty_like(estimates)
-    expected[:, :3] = estimates[0, :3] + (truth.positions[partners] - truth.positions[partners[0]]) @ level.T
-    expected[:, 3] = true_yaw + turn
+    expected[:, :3] = estimates[0, :3] + (truth.positions[partners] - truth.positions[partners[0]]) @ turn.T
+    expected[:, 3] = np.arctan2(turned[:, 1, 0], turned[:, 0, 0])
     errors = estimates - expected
     errors[:, 3] = np.arctan2(np.sin(errors[:, 3]), np.cos(errors[:, 3]))
     covariances = np.empty((len(rows), 4, 4))
