@@ -145,6 +145,7 @@ endfunction()
 # Tests of what is not compiled: Python scripts, layering, format, tidiness.
 function(ratslam_source_tests)
   add_test(NAME python COMMAND /usr/bin/python3 -m pytest -q -p no:cacheprovider ${PROJECT_SOURCE_DIR}/test/python)
+  set_tests_properties(python PROPERTIES COST 200)
   set(style ${PROJECT_SOURCE_DIR}/test/style)
   add_test(NAME style.layers COMMAND /usr/bin/python3 ${style}/check_layers.py ${PROJECT_SOURCE_DIR})
   add_test(NAME style.documents COMMAND /usr/bin/python3 ${style}/check_documents.py ${PROJECT_SOURCE_DIR})
