@@ -36,6 +36,8 @@ class PoseCellNetwork {
   /// Adds activity to a cell. @param energy not negative; relative to the activity after the last iteration,
   /// which summed to 1.
   void inject(const PoseCell& cell, double energy);
+  /// Adds activity about a position: divided among the eight cells around it, so that its mean is there.
+  void injectAt(const PoseCellEstimate& where, double energy);
 
   /// Replaces the activity, normalises it to sum 1, and updates the estimate.
   /// @throws std::invalid_argument if the shape differs, a cell is negative or not finite, or the sum is not

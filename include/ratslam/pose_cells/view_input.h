@@ -6,6 +6,8 @@
 ///  2. A known id that is not among the 10 most recently tied, or was tied before wakeUp(), injects
 ///     energy * (30 - exp(1.2 d)) / 30, if that is positive. d is the saturation of the id. Its rest value is
 ///     vt_active_decay, and it grows by that value each time the id repeats.
+///     With pc_openratslam_injection all of it goes to one cell, at the coordinates of the tie without their
+///     fractions. This draws the packet up to a cell away from the tie, along each axis.
 ///  3. Every id's saturation falls by pc_vt_restore towards the rest value.
 /// Saturation prevents false relocalisation while the robot stands still. It is updated when its id is seen and
 /// not at each event.
@@ -24,9 +26,9 @@ namespace ratslam {
 
 class State;
 
-/// Activity that a recalled view adds to one cell.
+/// Activity that a recalled view adds.
 struct Injection {
-  PoseCell cell;
+  PoseCellEstimate where;
   double energy = 0.0;
 };
 

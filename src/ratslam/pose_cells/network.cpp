@@ -60,9 +60,29 @@ void PoseCellNetwork::move(double distance, double rotation, double sum) {
 }
 
 void PoseCellNetwork::inject(const PoseCell& cell, double energy) {
+  injectAt({static_cast<double>(cell.column), static_cast<double>(cell.row), static_cast<double>(cell.layer)},
+           energy);
+}
+
+void PoseCellNetwork::injectAt(const PoseCellEstimate& where, double energy) {
   const double sum = model_sum_ + energy;
   grid_.scale(model_sum_ / sum);
-  grid_.add(cell, energy / sum);
+  const PoseCell first{static_cast<int>(where.x), static_cast<int>(where.y), static_cast<int>(where.th)};
+  const double dx = where.x - first.column;
+  const double dy = where.y - first.row;
+  const double dth = where.th - first.layer;
+  for (const int x : {0, 1}) {
+    for (const int y : {0, 1}) {
+      for (const int th : {0, 1}) {
+        const double share =
+            (x == 0 ? 1.0 - dx : dx) * (y == 0 ? 1.0 - dy : dy) * (th == 0 ? 1.0 - dth : dth);
+        if (share == 0.0) continue;
+        grid_.add({wrapIndex(first.column + x, grid_.nXy()), wrapIndex(first.row + y, grid_.nXy()),
+                   wrapIndex(first.layer + th, grid_.nTh())},
+                  share * energy / sum);
+      }
+    }
+  }
   model_sum_ = sum;
 }
 

@@ -12,7 +12,7 @@ void PoseCells::activate(const ViewEvent& event) {
   view_ = event;
   if (!event.seen()) return;
   const std::optional<Injection> injection = view_input_.onView(event, network_.estimate());
-  if (injection) network_.inject(injection->cell, injection->energy);
+  if (injection) network_.injectAt(injection->where, injection->energy);
 }
 
 void PoseCells::wakeUp() {

@@ -38,8 +38,11 @@ std::optional<Injection> ViewInput::recall(Tie& tie, const ViewEvent& event) con
   if (!(energy > 0.0)) return std::nullopt;
   const double turned = wrapAngle(event.relative_rad) * params_.n_th / (2.0 * kPi);
   const double layer = wrapCoordinate(tie.where.th + turned, params_.n_th);
-  return Injection{{static_cast<int>(tie.where.x), static_cast<int>(tie.where.y), static_cast<int>(layer)},
-                   energy};
+  Injection injection{{tie.where.x, tie.where.y, layer}, energy};
+  if (params_.openratslam_injection) {
+    injection.where = {std::trunc(tie.where.x), std::trunc(tie.where.y), std::trunc(layer)};
+  }
+  return injection;
 }
 
 void ViewInput::wakeUp() {

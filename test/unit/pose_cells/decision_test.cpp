@@ -70,10 +70,44 @@ TEST(ViewInput, InjectsWhereTheViewWasTiedTurnedByTheRelativeHeading) {
   for (std::uint32_t id = 1; id < 11; ++id) input.onView(view(id), {});
   const auto injection = input.onView(view(0, 2.0 * kPi / 36.0), {});
   ASSERT_TRUE(injection);
-  EXPECT_EQ(injection->cell.column, 3);
-  EXPECT_EQ(injection->cell.row, 20);
-  EXPECT_EQ(injection->cell.layer, 0);
+  EXPECT_EQ(injection->where.x, 3.0);
+  EXPECT_EQ(injection->where.y, 20.0);
+  EXPECT_EQ(injection->where.th, 0.0);
   EXPECT_NEAR(injection->energy, 0.15 * (30.0 - std::exp(1.2)) / 30.0, 1e-15);
+}
+
+/// A robot that drives on along a street it knows, by its views alone, is at each of the street's places.
+TEST(PoseCells, OnAKnownStreetEachPlaceIsRecalled) {
+  for (const bool truncated : {false, true}) {
+    PoseCellParams params;
+    params.n_xy = 30;
+    params.cell_size = 2.0;
+    params.restore = 0.04;
+    params.experience_distance = 1.0;
+    params.openratslam_injection = truncated;
+    PoseCells cells(params);
+    constexpr int kPlaces = 60;
+    const auto drive = [&](std::uint32_t id) {
+      cells.activate(view(id));
+      cells.integrate(0.9, 0.0);
+      return cells.decide().kind;
+    };
+    // To most of a cell beyond whole numbers, so that the cell of these numbers is far.
+    cells.integrate(0.0, 0.5 * kPi);
+    cells.integrate(1.6, 0.0);
+    cells.integrate(0.0, -0.5 * kPi - 0.03);
+    for (std::uint32_t id = 0; id < kPlaces; ++id) EXPECT_EQ(drive(id), ActionKind::kCreateNode);
+    cells.integrate(7.3, 1.9);  // round the block, out of sight
+    for (std::uint32_t id = 1000; id < 1030; ++id) drive(id);
+    cells.integrate(0.0, 2.0 * kPi - 1.9);
+    int recalled = 0;
+    for (std::uint32_t id = 0; id < kPlaces; ++id) recalled += drive(id) == ActionKind::kCreateEdge ? 1 : 0;
+    if (truncated) {
+      EXPECT_LT(recalled, kPlaces / 2);
+    } else {
+      EXPECT_GE(recalled, kPlaces - 12);  // the packet needs some views to get there
+    }
+  }
 }
 
 TEST(ViewInput, ARepeatedViewFallsSilentAndRecovers) {

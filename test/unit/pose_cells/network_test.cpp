@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "against_oracle.h"
@@ -115,6 +116,31 @@ TEST(PoseCellNetwork, StrongInjectionMovesTheEstimate) {
   EXPECT_NEAR(network.estimate().x, 3.0, 0.2);
   EXPECT_NEAR(network.estimate().y, 17.0, 0.2);
   EXPECT_NEAR(network.estimate().th, 30.0, 0.2);
+}
+
+TEST(PoseCellNetwork, ActivityInjectedBetweenCellsDrawsTheEstimateThere) {
+  for (const PoseCellEstimate& where :
+       {PoseCellEstimate{3.8, 17.3, 30.6}, PoseCellEstimate{20.7, 0.4, 35.9}}) {
+    PoseCellNetwork network(sized(21, 36));
+    for (int step = 0; step < 30; ++step) {
+      network.injectAt(where, 0.3);
+      network.step(0.0, 0.0);
+    }
+    EXPECT_NEAR(std::remainder(network.estimate().x - where.x, 21.0), 0.0, 0.1);
+    EXPECT_NEAR(std::remainder(network.estimate().y - where.y, 21.0), 0.0, 0.1);
+    EXPECT_NEAR(std::remainder(network.estimate().th - where.th, 36.0), 0.0, 0.1);
+  }
+}
+
+TEST(PoseCellNetwork, AtACellAllActivityGoesThere) {
+  PoseCellNetwork network(sized(21, 36));
+  PoseCellNetwork other(sized(21, 36));
+  network.inject({20, 3, 35}, 0.3);
+  other.injectAt({20.0, 3.0, 35.0}, 0.3);
+  const double energy = network.activity().at({20, 3, 35});
+  EXPECT_GT(energy, 0.2);
+  EXPECT_EQ(other.activity().at({20, 3, 35}), energy);
+  EXPECT_EQ(other.activity().at({0, 3, 35}), network.activity().at({0, 3, 35}));
 }
 
 TEST(PoseCellNetwork, DeadActivityStartsAgainAtTheEstimateAndGoesOn) {
