@@ -13,6 +13,10 @@ namespace ratslam {
 /// variances allow. Empty if it can be used.
 std::string whyAbsurd(const TwistCovariance& covariance);
 
+/// The covariance, made smaller as a whole if a variance is larger than can be used. An odometry that knows nothing of its
+/// speed may compute such a variance.
+TwistCovariance bounded(const TwistCovariance& covariance);
+
 /// Heading of a pose.
 double yawOf(const Eigen::Isometry3d& pose);
 

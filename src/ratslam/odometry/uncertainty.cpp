@@ -1,5 +1,6 @@
 #include "ratslam/odometry/uncertainty.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -44,6 +45,12 @@ std::string whyAbsurd(const TwistCovariance& covariance) {
     }
   }
   return "";
+}
+
+TwistCovariance bounded(const TwistCovariance& covariance) {
+  constexpr double kGreatest = 0.99 * kUnknownVariance;
+  const double largest = std::max(covariance(0, 0), covariance(5, 5));
+  return largest > kGreatest ? TwistCovariance(kGreatest / largest * covariance) : covariance;
 }
 
 double yawOf(const Eigen::Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }

@@ -210,23 +210,43 @@ TEST(LongBridge, TakesABoundedAmountOfMemoryAndStillSpansTheWholeTime) {
   }
 }
 
-TEST(MapInitialiser, AMapThatTurnsOtherwiseThanTheFramesIsNone) {
-  const test::StreetScene scene;
+/// Frames along a street, as a small camera sees them.
+std::shared_ptr<Frame> streetFrame(double along) {
+  static const test::StreetScene scene;
   const CameraModel camera = test::smallCamera();
   ExtractorParams params;
   params.features = 1000;
   WorkerPool workers(1);
-  const auto frameAt = [&](double along) {
-    return std::make_shared<Frame>(makeFrame(stampFromSeconds(along),
-                                             scene.render(camera, test::cameraAt(0.0, along)), camera,
-                                             FeatureExtractor(params), params, workers));
-  };
+  return std::make_shared<Frame>(makeFrame(stampFromSeconds(along),
+                                           scene.render(camera, test::cameraAt(0.0, along)), camera,
+                                           FeatureExtractor(params), params, workers));
+}
+
+TEST(MapInitialiser, AMapThatTurnsOtherwiseThanTheFramesIsNone) {
   for (const double false_turn : {0.0, 0.03, -0.03}) {
-    MapInitialiser initialiser(camera, TwoViewParams{40, 1.0, 1.0}, 10);
-    initialiser.add(frameAt(0.0));
+    MapInitialiser initialiser(test::smallCamera(), TwoViewParams{40, 1.0, 1.0}, 10);
+    initialiser.add(streetFrame(0.0));
     const UncertainTurn turn{expRotation({0.0, false_turn, 0.0}), Eigen::Matrix3d::Zero()};
-    EXPECT_EQ(initialiser.add(frameAt(1.2), turn).has_value(), false_turn == 0.0) << false_turn;
+    EXPECT_EQ(initialiser.add(streetFrame(1.2), turn).has_value(), false_turn == 0.0) << false_turn;
   }
+}
+
+/// Each reference loses its near points before the far ones have moved enough: without a second way no map would begin on
+/// such a street.
+TEST(MapInitialiser, AfterALostReferenceManyPointsMakeUpForLittleParallax) {
+  constexpr double kNeverReached = 5.0;  // [deg]
+  MapInitialiser initialiser(test::smallCamera(), TwoViewParams{40, kNeverReached, 1.0}, 10);
+  int frames = 0;
+  while (!initialiser.add(streetFrame(0.8 * frames))) {
+    ASSERT_LT(++frames, 60);
+    if (frames > 1 && !initialiser.progress().lost_reference) {
+      EXPECT_EQ(initialiser.reference()->stamp, 0) << "the first reference is kept as long as it has matches";
+    }
+  }
+  EXPECT_TRUE(initialiser.progress().lost_reference);
+  EXPECT_GT(initialiser.reference()->stamp, 0);
+  initialiser.reset();
+  EXPECT_FALSE(initialiser.progress().lost_reference);
 }
 
 }  // namespace

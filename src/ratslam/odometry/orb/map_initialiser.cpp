@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ratslam/common/angles.h"
 #include "ratslam/vision/matching.h"
@@ -59,7 +60,7 @@ std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& fram
   std::vector<std::pair<int, int>> pairs =
       matchFeatures(camera_, *reference_, *frame, turn ? turn->rotation : Eigen::Quaterniond::Identity());
   if (static_cast<int>(pairs.size()) < params_.min_points) {
-    reference_ = frame;
+    resume(frame, {false, progress_.lost_reference || progress_.short_of_parallax});
     return std::nullopt;
   }
   // Align the matches. Those that cannot be aligned are left out, because the first map cannot check them.
@@ -78,8 +79,14 @@ std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& fram
     second.push_back(camera_.undistort(match->raw));
   }
   pairs.resize(kept);
-  const auto motion = estimateTwoViewMotion(camera_, first, second, params_);
+  TwoViewParams any_parallax = params_;
+  any_parallax.min_parallax_deg = 0.0;
+  const auto motion = estimateTwoViewMotion(camera_, first, second, any_parallax);
   if (!motion) return std::nullopt;
+  if (!hasParallax(*motion)) {
+    progress_.short_of_parallax = true;
+    return std::nullopt;
+  }
   if (turn) {
     const double off =
         (turn->rotation * motion->T_second_first.rotation).angularDistance(Eigen::Quaterniond::Identity());
@@ -87,6 +94,17 @@ std::optional<InitialMap> MapInitialiser::add(const std::shared_ptr<Frame>& fram
     if (off > 3.0 * sigma) return std::nullopt;
   }
   return makeMap(frame, pairs, second, *motion);
+}
+
+void MapInitialiser::resume(std::shared_ptr<Frame> reference, const Progress& progress) {
+  reference_ = std::move(reference);
+  progress_ = progress;
+}
+
+bool MapInitialiser::hasParallax(const TwoViewMotion& motion) const {
+  const double times_the_points = static_cast<double>(motion.triangulated) / std::max(params_.min_points, 1);
+  const double counted = progress_.lost_reference ? std::sqrt(times_the_points) : 1.0;
+  return counted * motion.parallax_deg >= params_.min_parallax_deg;
 }
 
 std::optional<InitialMap> MapInitialiser::makeMap(const std::shared_ptr<Frame>& frame,

@@ -9,6 +9,7 @@
 #include "ratslam/common/params.h"
 #include "ratslam/common/statistics.h"
 #include "ratslam/odometry/orb/relocalisation.h"
+#include "ratslam/odometry/uncertainty.h"
 #include "ratslam/vision/triangulation.h"
 #include "ratslam/vision/window_adjustment.h"
 
@@ -247,7 +248,7 @@ void OrbOdometry::setMotion(OrbResult& result, const RigidTransform& step, doubl
   }
   result.sample.speed = result.twist(0);
   result.sample.yaw_rate = result.twist(5);
-  result.covariance = inBase(covariance) / (dt * dt);
+  result.covariance = bounded(inBase(covariance) / (dt * dt));
   result.sample.covariance = result.covariance;
 }
 

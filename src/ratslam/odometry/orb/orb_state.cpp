@@ -7,7 +7,7 @@
 namespace ratslam {
 namespace {
 
-constexpr std::uint32_t kStateVersion = 3;
+constexpr std::uint32_t kStateVersion = 4;
 
 }  // namespace
 
@@ -75,6 +75,7 @@ void OrbOdometry::save(State& state) const {
   state.set("frame", frames.number(frame_));
   state.set("measured_frame", frames.number(measured_frame_));
   state.set("initialiser_reference", frames.number(initialiser_.reference()));
+  state.set("initialiser", initialiser_.progress());
   frames.save(state.child("frames"));
 }
 
@@ -95,7 +96,8 @@ void OrbOdometry::load(const State& state) {
   frame_ = frames.frame(state.get<int>("frame"));
   measured_frame_ = frames.frame(state.get<int>("measured_frame"));
   initialiser_.setCamera(camera_);
-  initialiser_.setReference(frames.frame(state.get<int>("initialiser_reference")));
+  initialiser_.resume(frames.frame(state.get<int>("initialiser_reference")),
+                      state.get<MapInitialiser::Progress>("initialiser"));
   const auto missing = [&](KeyframeId id) { return !map_ || !map_->keyframe(id); };
   bool whole = !map_ || !missing(reference_);
   if (settling_) {
