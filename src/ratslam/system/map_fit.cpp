@@ -93,9 +93,11 @@ std::vector<std::string> misfitsOf(const State& map) {
   if (!numbers.comparable) return faults;
   for (std::uint32_t id = 0; id < numbers.in_map.size(); ++id) {
     if (numbers.in_map[id] == id) continue;
-    faults.push_back(
-        "the pose cells have lost their memory while this map was made: what they call experience " +
-        std::to_string(id) + " is another one in the map");
+    // Whoever lost its memory, or a part of it, knows fewer places since.
+    const bool map_lost = numbers.of_pose_cells > numbers.of_map;
+    faults.push_back(std::string(map_lost ? "the experience map has" : "the pose cells have") +
+                     " lost memory while this map was made: what the pose cells call experience " +
+                     std::to_string(id) + " is another one in the map");
     break;
   }
   if (numbers.of_pose_cells != numbers.of_map)

@@ -57,20 +57,8 @@ struct Stages {
     local_view.load(state.child("local_view"));
     pose_cells.load(state.child("pose_cells"));
     map.load(state.child("experience_map"));
-    // After a loss of memory the nodes' numbers of experiences differ.
-    const auto numbers = state.child("experience_map").get<std::vector<std::uint32_t>>("experience_of");
-    for (std::uint32_t id = 0; id < numbers.size(); ++id) {
-      if (numbers[id] != id) {
-        throw std::runtime_error(
-            "the pose cells have lost their memory while this map was made: what they call experience " +
-            std::to_string(id) + " is another one in the map");
-      }
-    }
-    if (pose_cells.cells().experiences() != map.map().graph().experiences().size()) {
-      throw std::runtime_error("pose cells and experience map do not know the same places: " +
-                               std::to_string(pose_cells.cells().experiences()) + " and " +
-                               std::to_string(map.map().graph().experiences().size()));
-    }
+    const std::vector<std::string> misfits = misfitsOf(state);
+    if (!misfits.empty()) throw std::runtime_error(misfits.front());
   }
 
   LocalViewStage local_view;
