@@ -71,7 +71,9 @@ def run(options, folder):
             kept = {"map_dir": f"{folder}/map{number}", "autosave_period": AUTOSAVE_S} if checkpoints else {}
             chain = trials.Chain(town, f"/trial{number}", f"{folder}/trial{number}", odometry, **kept)
             rate = 30.0 if odometry == "orb" else 100.0
-            chain.restart(nodes, moment, moment + options.dead, rate, by)
+            # Played faster than driven, a checkpoint would have less time to be written.
+            since_checkpoint = (town.stamps[moment - 1] - town.stamps[0]).to_sec() % AUTOSAVE_S
+            chain.restart(nodes, moment, moment + options.dead, rate, by, since_checkpoint)
             chain.drive(len(town.frames), rate)
             chain.finish()
             error = town.error(chain.trajectory + "_final.tum", odometry != "external")[0]

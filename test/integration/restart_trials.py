@@ -148,9 +148,10 @@ class Chain:
         for name in names:
             self.nodes[name].ended()
 
-    def restart(self, names, killed, back, rate=100.0, by=signal.SIGKILL):
-        """Kills nodes at one frame and starts them again at another."""
+    def restart(self, names, killed, back, rate=100.0, by=signal.SIGKILL, wait_s=0.0):
+        """Kills nodes at one frame, after a while, and starts them again at another."""
         self.drive(killed, rate)
+        time.sleep(wait_s)
         self.kill(*names, by=by)
         self.drive(back, rate, wait=False)
         time.sleep(0.5)  # what has been published is not for the new nodes
