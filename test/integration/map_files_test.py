@@ -69,8 +69,9 @@ class MapFiles(chain.ChainTest):
             path = os.path.join(self.map_dir, f"{part}.{turn}.db")
             if os.path.exists(path):
                 with contextlib.closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as database:
-                    rows = database.execute("SELECT stamp FROM checkpoint").fetchall()
-                if rows:  # none while the first one is written
+                    tables = database.execute("SELECT 1 FROM sqlite_master WHERE name = 'checkpoint'").fetchall()
+                    rows = database.execute("SELECT stamp FROM checkpoint").fetchall() if tables else []
+                if rows:  # neither table nor row while the first one is written
                     found[path] = (rows[0][0] - harness.START_NS) / 1e9
         return found
 
