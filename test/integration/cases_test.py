@@ -65,9 +65,9 @@ class Cases(harness.NodeTest):
         base = self.root
         for name, (output, kind) in IMAGE_NODES.items():
             self.root = f"{base}/{name}"
-            came = self.collected(output, kind)
             node = self.start(name, image_transport="compressed" if compressed else "raw", camera_fx=46.0, camera_fy=46.0,
                               camera_cx=80.0, camera_cy=30.0, camera_width_px=harness.WIDTH, camera_height_px=harness.HEIGHT)
+            came = self.collected(output, kind, connected=True)
             images = self.publisher("camera/image" + ("/compressed" if compressed else ""), CompressedImage if compressed else Image)
             make = harness.compressed_message if compressed else harness.image_message
             for index in range(10):
@@ -115,8 +115,8 @@ class Cases(harness.NodeTest):
             self.assertLess(most_memory_mb(node), 300.0)
 
     def test_numbers_that_are_none_or_overflow_once_driven(self):
-        states = self.collected("PoseCell/State", PoseCellState)
         node = self.start("ratslam_pc")
+        states = self.collected("PoseCell/State", PoseCellState, connected=True)
         odometry = self.publisher("odom", Odometry)
         views = self.publisher("LocalView/Template", ViewTemplate)
         for index in range(20):

@@ -73,8 +73,9 @@ def test_openratslam_configuration(tmp_path, run):
         "vtrans_image_x_min": "195",
         "camera_fov_deg": "53",
         "exp_solver": "relaxation",
+        "pc_openratslam_injection": "true",
     }
-    assert "exp_solver: relaxation is added" in result.stderr
+    assert "its arithmetic: exp_solver: relaxation, pc_openratslam_injection: true" in result.stderr
 
 
 def test_blanks_around_the_name_of_a_section_change_nothing(tmp_path):

@@ -26,7 +26,7 @@ class ParameterMap {
   /// Flat `key: value` YAML. @throws std::runtime_error naming file, line and reason
   static ParameterMap fromYaml(const std::string& path);
   /// Reads OpenRatSLAM's ini: [general] topic_root, [ratslam], [visual_odometry]; [draw] is ignored. Such a file
-  /// implies OpenRatSLAM's map: its solver is the default then.
+  /// implies OpenRatSLAM's arithmetic: its solver and its injection are the defaults then.
   /// @param remarks  receives a line for everything that is ignored or implied
   /// @throws std::runtime_error naming file, line and reason
   static ParameterMap fromIni(const std::string& path, std::vector<std::string>* remarks = nullptr);

@@ -20,7 +20,7 @@ struct PoseCellParams {
   double global_inhibition = 2e-5;  ///< phi of eq. (2), taken from every cell
   double inject_energy = 0.15;      ///< activity that a recalled view adds while it is not saturated
   bool openratslam_injection =
-      true;                        ///< that activity goes to one cell: the coordinates of the tie, truncated
+      false;                       ///< that activity goes to one cell: the coordinates of the tie, truncated
   double active_decay = 1.0;       ///< saturation of a rested view cell, and its growth with each repetition
   double restore = 0.05;           ///< saturation that every view cell loses at each view event
   bool openratslam_corner = true;  ///< path integration treats the plane's corner as OpenRatSLAM does
@@ -55,8 +55,7 @@ struct PoseCellParams {
     visit("pc_vt_inject_energy", inject_energy, Bounds{0, 1e3}, "activity that a recalled view adds");
     visit("pc_openratslam_injection", openratslam_injection, Bounds{},
           "add it to one cell, whose numbers are the position of the view cell without its fractions, as "
-          "OpenRatSLAM "
-          "does; false: divide it among the cells around that position");
+          "OpenRatSLAM does; false: divide it among the cells around that position");
     visit("vt_active_decay", active_decay, Bounds{0, 1e3}, "saturation of a rested view cell and its growth");
     visit("pc_vt_restore", restore, Bounds{0, 1e3}, "saturation lost at each view event");
     visit("exp_delta_pc_threshold", experience_distance, Bounds{0, 1e6},

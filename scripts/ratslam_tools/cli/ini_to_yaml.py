@@ -54,7 +54,7 @@ TRUTHS = {"true": "true", "yes": "true", "on": "true", "1": "true", "false": "fa
 COMMENT = re.compile(r"[ \t][#;]")  # behind a value
 IGNORED_SECTIONS = ("draw",)
 # Values that OpenRatSLAM's configurations imply.
-REFERENCE_ARITHMETIC = {"exp_solver": "relaxation"}
+REFERENCE_ARITHMETIC = {"exp_solver": "relaxation", "pc_openratslam_injection": "true"}
 TITLES = {
     "general": "all nodes",
     "ratslam": "local view, pose cells, experience map",
@@ -174,7 +174,7 @@ def convert(path: str):
     implied = [f"{key}: {value}" for key, value in REFERENCE_ARITHMETIC.items() if key not in seen]
     if implied:
         lines += ["# OpenRatSLAM's arithmetic, which its configurations need not name", *implied]
-        remarks.append(f"an OpenRatSLAM configuration means its arithmetic: {', '.join(implied)} is added")
+        remarks.append(f"added, since an OpenRatSLAM configuration implies its arithmetic: {', '.join(implied)}")
     return "\n".join(lines) + "\n", remarks
 
 

@@ -52,7 +52,8 @@ std::string canonicalKey(const std::string& key) {
 }
 
 /// Values that OpenRatSLAM's configurations imply.
-const std::map<std::string, std::string> kReferenceArithmetic = {{"exp_solver", "relaxation"}};
+const std::map<std::string, std::string> kReferenceArithmetic = {{"exp_solver", "relaxation"},
+                                                                 {"pc_openratslam_injection", "true"}};
 
 bool isOneOf(const std::string& text, const std::vector<std::string>& words) {
   return std::find(words.begin(), words.end(), text) != words.end();

@@ -89,12 +89,16 @@ TEST_F(ParameterMapTest, AnIniMeansOpenRatSlamsArithmeticUnlessItSaysOtherwise) 
   std::vector<std::string> remarks;
   const auto silent = ParameterMap::fromFile(file("silent.txt", "[ratslam]\ncount=4\n"), &remarks);
   EXPECT_EQ(silent.values().at("exp_solver").text, "relaxation");
-  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_EQ(silent.values().at("pc_openratslam_injection").text, "true");
+  ASSERT_EQ(remarks.size(), 2U);
   EXPECT_NE(remarks[0].find("exp_solver=relaxation"), std::string::npos) << remarks[0];
+  EXPECT_NE(remarks[1].find("pc_openratslam_injection=true"), std::string::npos) << remarks[1];
 
   remarks.clear();
-  const auto outspoken = ParameterMap::fromFile(file("said.txt", "[ratslam]\nexp_solver=graph\n"), &remarks);
+  const auto outspoken = ParameterMap::fromFile(
+      file("said.txt", "[ratslam]\nexp_solver=graph\npc_openratslam_injection=false\n"), &remarks);
   EXPECT_EQ(outspoken.values().at("exp_solver").text, "graph");
+  EXPECT_EQ(outspoken.values().at("pc_openratslam_injection").text, "false");
   EXPECT_TRUE(remarks.empty());
   EXPECT_FALSE(ParameterMap::fromFile(file("own.yaml", "count: 4\n")).has("exp_solver"));
 }

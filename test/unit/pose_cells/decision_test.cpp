@@ -65,15 +65,19 @@ TEST(ViewInput, AfterWakingUpViewsAreAtRest) {
 }
 
 TEST(ViewInput, InjectsWhereTheViewWasTiedTurnedByTheRelativeHeading) {
-  ViewInput input{PoseCellParams{}};
-  input.onView(view(0), {3.9, 20.2, 35.5});
-  for (std::uint32_t id = 1; id < 11; ++id) input.onView(view(id), {});
-  const auto injection = input.onView(view(0, 2.0 * kPi / 36.0), {});
-  ASSERT_TRUE(injection);
-  EXPECT_EQ(injection->where.x, 3.0);
-  EXPECT_EQ(injection->where.y, 20.0);
-  EXPECT_EQ(injection->where.th, 0.0);
-  EXPECT_NEAR(injection->energy, 0.15 * (30.0 - std::exp(1.2)) / 30.0, 1e-15);
+  for (const bool truncated : {false, true}) {
+    PoseCellParams params;
+    params.openratslam_injection = truncated;
+    ViewInput input{params};
+    input.onView(view(0), {3.9, 20.2, 35.5});
+    for (std::uint32_t id = 1; id < 11; ++id) input.onView(view(id), {});
+    const auto injection = input.onView(view(0, 2.0 * kPi / 36.0), {});
+    ASSERT_TRUE(injection);
+    EXPECT_EQ(injection->where.x, truncated ? 3.0 : 3.9);
+    EXPECT_EQ(injection->where.y, truncated ? 20.0 : 20.2);
+    EXPECT_NEAR(injection->where.th, truncated ? 0.0 : 0.5, 1e-12);
+    EXPECT_NEAR(injection->energy, 0.15 * (30.0 - std::exp(1.2)) / 30.0, 1e-15);
+  }
 }
 
 /// A robot that drives on along a street it knows, by its views alone, is at each of the street's places.
@@ -135,6 +139,7 @@ TEST(ViewInput, EqualsTheSweep) {
   params.n_th = 12;
   params.active_decay = 0.3;
   params.restore = 0.07;
+  params.openratslam_injection = true;
   PoseCells fast(params);
   oracle::PoseCells plain(params);
   std::mt19937 random(3);

@@ -44,6 +44,7 @@ inline PoseCellParams referenceParams() {
   params.inject_energy = 0.15;
   params.active_decay = 1.0;
   params.restore = 0.04;
+  params.openratslam_injection = true;
   return params;
 }
 
