@@ -110,7 +110,7 @@ def drive(harness, options, folder, later_s):
                 and all((f"{ROOT}/{topic}", "/" + listener) in harness.links("/" + name) for name, topic, listener in LINKS))
 
     wrong = {}
-    if not harness.wait_until(connected, PATIENCE_S):
+    if not harness.wait_for_links(connected, PATIENCE_S):
         wrong["all"] = "the nodes did not connect"
     for name, node in nodes.items():
         if node.process.poll() is None and foreign_libraries(node.process, options):

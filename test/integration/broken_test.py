@@ -85,7 +85,8 @@ class Broken(harness.NodeTest):
         publisher = rospy.Publisher(self.root + "/camera/image" + ("/compressed" if compressed else ""),
                                     CompressedImage if compressed else Image, queue_size=0)
         try:
-            self.wait(lambda: publisher.get_num_connections() == 2 and self.subscribers[-1].get_num_connections() == 1, 30.0)
+            self.assertTrue(harness.wait_for_links(lambda: publisher.get_num_connections() == 2
+                                                   and self.subscribers[-1].get_num_connections() == 1), self.words())
             for shot in shots:
                 publisher.publish(shot.compressed() if compressed else shot.raw())
             complete = lambda: len(counts) == 2 and all(c.get("frames") == len(shots) for c in counts.values())

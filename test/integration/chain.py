@@ -34,7 +34,7 @@ class ChainTest(harness.NodeTest):
             own = {"map_dir": self.map_dir, **self.PARAMETERS, **({"wait_for_subscribers": 1} if name in self.LINKS else {})}
             nodes[name] = self.start(name, **{**own, **parameters})
         self.started |= set(names)
-        self.wait(self.connected, 30.0)
+        self.assertTrue(harness.wait_for_links(self.connected), self.words())
         return nodes
 
     def connected(self):

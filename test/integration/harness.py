@@ -20,6 +20,7 @@ import rospkg
 import rospy
 from nav_msgs.msg import Odometry
 from ratslam_ros.msg import ViewTemplate
+from ratslam_tools import master
 from sensor_msgs.msg import CompressedImage, Image
 
 WIDTH, HEIGHT = 160, 60
@@ -241,27 +242,14 @@ def wait_until(condition, timeout=15.0, step=0.05):
     return condition()
 
 
-class Listener:
-    """A subscription that is made anew while nobody publishes. If a node advertises at the same moment, rospy may take the
-    master's older answer for newer than the master's notice of the node, and never connects."""
-
-    def __init__(self, topic, kind, receive):
-        self.name, self.kind, self.receive = topic, kind, receive
-        self._subscribe()
-
-    def _subscribe(self):
-        self.subscriber = rospy.Subscriber(self.name, self.kind, self.receive, queue_size=None)
-        self.since = time.monotonic()
-
-    def get_num_connections(self):
-        count = self.subscriber.get_num_connections()
-        if count == 0 and time.monotonic() - self.since > 4.0:
-            self.unregister()
-            self._subscribe()
-        return count
-
-    def unregister(self):
-        self.subscriber.unregister()
+def wait_for_links(condition, timeout=30.0):
+    """As wait_until, for connections between nodes: the master may have failed to tell of a publisher."""
+    end = time.monotonic() + timeout
+    while not wait_until(condition, 5.0):
+        if time.monotonic() > end:
+            return False
+        master.tell_subscribers(rospy.get_name())
+    return True
 
 
 class FolderTest(unittest.TestCase):
@@ -306,9 +294,9 @@ class FolderTest(unittest.TestCase):
     def collected(self, topic, kind, connected=False):
         """A list that everything on the topic is appended to; `connected`: the node runs already."""
         messages = []
-        subscriber = Listener(topic, kind, messages.append)
+        subscriber = rospy.Subscriber(topic, kind, messages.append, queue_size=None)
         self.subscribers.append(subscriber)
-        self.assertTrue(not connected or wait_until(lambda: subscriber.get_num_connections() > 0), topic)
+        self.assertTrue(not connected or wait_for_links(lambda: subscriber.get_num_connections() > 0), topic)
         return messages
 
     def launch(self, name="ratslam.launch", cwd=None, **arguments):
@@ -353,7 +341,7 @@ class NodeTest(FolderTest):
     def publisher(self, topic, kind, subscribers=1, queue_size=1000):
         """A publisher to which so many nodes have connected."""
         publisher = rospy.Publisher(self.root + "/" + topic, kind, queue_size=queue_size)
-        self.assertTrue(wait_until(lambda: publisher.get_num_connections() >= subscribers), topic)
+        self.assertTrue(wait_for_links(lambda: publisher.get_num_connections() >= subscribers), topic)
         return publisher
 
     def collected(self, topic, kind, connected=False):

@@ -145,7 +145,7 @@ class Map(harness.NodeTest):
         transforms = self.listen("/tf", tf2_msgs.msg.TFMessage)
         odometry = self.publisher("odom", Odometry)
         actions = self.publisher("PoseCell/TopologicalAction", TopologicalAction)
-        self.assertTrue(harness.wait_until(lambda: states.get_num_connections() > 0))
+        self.assertTrue(harness.wait_for_links(lambda: states.get_num_connections() > 0))
 
         def decide(at, step):
             actions.publish(self.fill(TopologicalAction(), at, step))

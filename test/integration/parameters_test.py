@@ -74,7 +74,7 @@ class Parameters(harness.FolderTest):
             path = self.path("crop.yaml")
             harness.write_config(path, **changes)
             node = self.start("ratslam_lv", path)
-            self.assertTrue(harness.wait_until(lambda: publisher.get_num_connections() == 1), node.output())
+            self.assertTrue(harness.wait_for_links(lambda: publisher.get_num_connections() == 1), node.output())
             publisher.publish(harness.image_message(harness.frame(harness.panorama(), 0), harness.START_NS))
             # The image is refused in one line, and the node waits for one that suits.
             self.assertTrue(harness.wait_until(lambda: all(part in node.output() for part in parts)), node.output())

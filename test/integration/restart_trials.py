@@ -128,7 +128,7 @@ class Chain:
             if name in ("ratslam_lv", "ratslam_pc", *NODES.values()):
                 parameters["wait_for_subscribers"] = 1
             self.nodes[name] = harness.start_node(name, self.config, f"__name:={name}{self.root.replace('/', '_')}", **parameters)
-        if not harness.wait_until(self.connected, 30.0):
+        if not harness.wait_for_links(self.connected):
             raise AssertionError("the nodes do not listen: " + self.words())
 
     def connected(self):

@@ -5,14 +5,17 @@ import os
 import signal
 import sys
 import time
+import xmlrpc.client
 
 import numpy as np
+import rosgraph
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from ratslam_ros.msg import PoseCellState, TopologicalAction, ViewTemplate
+from ratslam_tools import master
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from tf2_msgs.msg import TFMessage
 
@@ -70,7 +73,7 @@ class Streams(harness.NodeTest):
         calibration = rospy.Publisher(f"/usb{self.root}/camera_info", CameraInfo, queue_size=10)
         images = rospy.Publisher(f"/usb{self.root}/image_raw/compressed", CompressedImage, queue_size=10)
         for publisher in (calibration, images):
-            self.assertTrue(harness.wait_until(lambda p=publisher: p.get_num_connections() > 0), publisher.resolved_name)
+            self.assertTrue(harness.wait_for_links(lambda p=publisher: p.get_num_connections() > 0), publisher.resolved_name)
         calibration.publish(info)
         images.publish(harness.compressed_message(self.frame(0), harness.frame_stamp(0)))
         self.assertTrue(harness.wait_until(lambda: len(odometry) >= 1), node.output())
@@ -273,6 +276,20 @@ class Streams(harness.NodeTest):
         self.assertTrue(node.said(f"odom{suffix} -> base{suffix} is broadcast by .*{ours}"), node.output())
         self.assertEqual(node.count("is published by"), 1, node.output())
 
+    def test_publishers_of_which_the_master_failed_to_tell(self):
+        """Its notice is replaced by one that names nobody."""
+        node = self.start("ratslam_pc")
+        odometry = self.publisher("odom", Odometry)
+        known = rosgraph.Master(rospy.get_name())
+        uri = known.lookupNode(self.named("/ratslam_pc"))
+        xmlrpc.client.ServerProxy(uri).publisherUpdate("/master", odometry.resolved_name, [])
+        self.assertTrue(harness.wait_until(lambda: odometry.get_num_connections() == 0), node.output())
+        master.tell_subscribers(rospy.get_name())
+        self.assertTrue(harness.wait_until(lambda: odometry.get_num_connections() == 1), node.output())
+        master.tell_subscribers(rospy.get_name())  # nobody is connected twice
+        time.sleep(1.0)
+        self.assertEqual(odometry.get_num_connections(), 1)
+
     def test_every_node_tells_its_state(self):
         states = {}
         rospy.Subscriber("/diagnostics", DiagnosticArray,
@@ -280,7 +297,7 @@ class Streams(harness.NodeTest):
         for name in ("ratslam_lv", "ratslam_vo", "ratslam_orb_vo", "ratslam_pc", "ratslam_em"):
             self.start(name)
         images = rospy.Publisher(self.root + "/camera/image", Image, queue_size=10)
-        self.assertTrue(harness.wait_until(lambda: images.get_num_connections() == 3))
+        self.assertTrue(harness.wait_for_links(lambda: images.get_num_connections() == 3))
         for index in range(40):
             images.publish(self.image(index))
             time.sleep(0.1)
