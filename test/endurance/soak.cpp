@@ -5,7 +5,7 @@
 //   streets  (1,000,000 frames) one loop of 2 km for eight tenths of them, then new streets, then the loop again
 //   patrol   (500,000 frames) one loop of 500 m, a row a lap
 //   phases   (500,000 frames) the same, 0.37 m longer, so that the frames of a lap lie between those of other laps, and with
-//            cells of 4 m, as far as one view reaches
+//            cells of 4 m; a view reaches from 2 to 6 m
 //   network  (10,000,000 frames: a month at four a second) a grid of 24 streets, turned into at random at each crossing
 //   day      (8,640,000 frames: 24 hours of odometry at 100 Hz, a view with each tenth) one loop of 2 km for an hour at a time,
 //            each followed by five hours at one place; from the 12th to the 18th hour the camera is silent
@@ -67,16 +67,29 @@ class Road {
 
 class Loop : public Road {
  public:
-  explicit Loop(double length) : length_(length) {}
+  /// @param reaches  how far views reach along the loop, again and again [m]
+  explicit Loop(double length, std::vector<double> reaches = {kFramesPerView}) : length_(length) {
+    for (double end = 0.0; end < length; ends_.push_back(end)) end += reaches[ends_.size() % reaches.size()];
+  }
   Step next() override {
-    const auto at = static_cast<std::uint64_t>(std::fmod(static_cast<double>(frame_++), length_));
-    return {kPi2 * kSpeed / length_, at / kFramesPerView};
+    const double at = std::fmod(static_cast<double>(frame_++), length_);
+    const auto place = std::upper_bound(ends_.begin(), ends_.end(), at) - ends_.begin();
+    return {kPi2 * kSpeed / length_, static_cast<std::uint64_t>(place)};
   }
 
  private:
   double length_;  ///< [m], one a frame
+  std::vector<double> ends_;
   std::size_t frame_ = 0;
 };
+
+/// Views reach from 2 to 6 m. If all reached equally far, all would get their next experience in the same lap.
+std::vector<double> variedReaches() {
+  std::mt19937 random(11);
+  std::vector<double> reaches(125);
+  for (double& reach : reaches) reach = 2.0 + 4.0 * static_cast<double>(random()) / 4294967296.0;
+  return reaches;
+}
 
 /// The loop, then a straight road that nobody has seen, then the loop again.
 class LoopAndStreets : public Road {
@@ -194,7 +207,7 @@ int main(int argc, char** argv) {
   if (kind == "day") road = std::make_unique<Day>();
   if (kind == "patrol" || kind == "phases") {
     window = 500;
-    road = std::make_unique<Loop>(kind == "phases" ? 500.37 : 500.0);
+    road = kind == "phases" ? std::make_unique<Loop>(500.37, variedReaches()) : std::make_unique<Loop>(500.0);
   }
   if (!road || frames == 0) {
     std::cerr << "Usage: soak [FRAMES [streets|patrol|phases|network|day [EXP_DENSITY [FOLDER]]]]\n";

@@ -148,6 +148,7 @@ class Launches(harness.FolderTest):
                                 ({"compressed": "yes"}, "compressed:=yes.* is not allowed: true or false"),
                                 ({"nodelet_manager": "a b"}, "nodelet_manager:=a b is not allowed: the name of a node"),
                                 ({"start_manager": "true"}, "is not allowed with start_manager:=true: the name of a node"),
+                                ({"nodelet_manager": "/front/eyes", "start_manager": "true"}, "a node, without a namespace"),
                                 ({"keep": "no"}, "keep:=no.* is not allowed: true or false"),
                                 ({"localise_only": 2}, "localise_only:=2.* is not allowed: true or false")):
             launched = self.start(**arguments)

@@ -67,6 +67,12 @@ class Parameters(harness.FolderTest):
     def test_private_parameters_override_the_file(self):
         self.assert_fatal(self.start("ratslam_pc", self.config, pc_dim_xy=0), "pc_dim_xy: value 0")
 
+    def test_a_parameter_that_counts_more_than_the_file_is_named(self):
+        name = "__name:=overridden"
+        node = self.start("ratslam_pc", self.config, name, pc_dim_xy=13, pc_cell_x_size=0.5)
+        self.assertTrue(node.said(r"pc_dim_xy: 13 counts, not 11 of \S+:[0-9]+; .*rosparam delete /overridden/pc_dim_xy"), node.output())
+        self.assertNotIn("pc_cell_x_size", node.output())  # as in the file
+
     def test_crop_outside_the_image_and_smaller_than_the_template(self):
         publisher = rospy.Publisher("camera/image", Image, queue_size=10)
         for changes, parts in (({"image_crop_x_max": 1000}, ("image_crop_x_max", "1000")),

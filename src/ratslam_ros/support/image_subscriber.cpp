@@ -67,9 +67,10 @@ void ImageSubscriber::push(const Waiting& waiting) {
   if (const auto on_arrival = on_arrival_) on_arrival(waiting.image);  // which may end the hold
   if (dropped == 0) return;
   if (on_arrival_) return dropped_.report(topic_ + ": images dropped while they wait", traffic_.dropped);
-  char text[160];
+  char text[200];
   std::snprintf(text, sizeof(text),
-                ": images dropped, they come faster than they are processed; results are %.2f s behind",
+                ": images dropped, they come faster than they are processed; results are %.2f s behind; "
+                "image_queue_size: 0 keeps all, as a bag needs",
                 traffic_.delay_s);
   dropped_.report(topic_ + text, traffic_.dropped);
 }

@@ -5,6 +5,7 @@
 #include <ros/param.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -30,6 +31,17 @@ std::string scalarText(XmlRpc::XmlRpcValue& value, const std::string& origin) {
     default:
       throw std::invalid_argument(origin + ": a number, text, boolean or a list of these is expected");
   }
+}
+
+/// A value as a person writes it: the server keeps 0.04 as 0.040000000000000001.
+std::string shown(const ParameterValue& value) {
+  if (value.is_list) return "a list";
+  char* end = nullptr;
+  const double number = std::strtod(value.text.c_str(), &end);
+  if (end == value.text.c_str() || *end != '\0') return value.text;
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.10g", number);
+  return text;
 }
 
 }  // namespace
@@ -63,7 +75,15 @@ ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::No
   XmlRpc::XmlRpcValue dictionary;
   if (ros::param::get(ns, dictionary) && dictionary.getType() == XmlRpc::XmlRpcValue::TypeStruct) {
     const ParameterMap overriding = parametersFromXmlRpc(dictionary, ns);
-    for (const auto& [key, value] : overriding.values()) map.set(key, value);
+    for (const auto& [key, value] : overriding.values()) {
+      // The server keeps what an earlier launch has set, too.
+      if (map.has(key) && shown(value) != shown(map.values().at(key))) {
+        ROS_INFO("%s: %s counts, not %s of %s; if another launch has left it, rosparam delete %s",
+                 key.c_str(), shown(value).c_str(), shown(map.values().at(key)).c_str(),
+                 map.values().at(key).origin.c_str(), value.origin.c_str());
+      }
+      map.set(key, value);
+    }
   }
   map.rejectUnknown(systemKeys());
   for (const char* const path : {"map_dir", "trajectory_file"}) {
