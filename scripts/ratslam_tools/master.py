@@ -1,6 +1,7 @@
 """The ROS master's notices: who publishes what a node has subscribed to."""
 
 import xmlrpc.client
+from typing import Dict, Set
 
 ROUNDS = 3
 TIMEOUT_S = 5.0
@@ -13,6 +14,19 @@ class _Patient(xmlrpc.client.Transport):
         connection = super().make_connection(host)
         connection.timeout = TIMEOUT_S
         return connection
+
+
+def _addresses(master, names: Set[str]) -> Dict[str, str]:
+    """URIs of the nodes that are still there."""
+    import rosgraph
+
+    found = {}
+    for name in names:
+        try:
+            found[name] = master.lookupNode(name)
+        except rosgraph.MasterException:
+            pass
+    return found
 
 
 def tell_subscribers(caller: str) -> None:
@@ -28,22 +42,18 @@ def tell_subscribers(caller: str) -> None:
     master = rosgraph.Master(caller)
     state = master.getSystemState()
     for _ in range(ROUNDS):
-        uris = {}
-        for topic, subscribers in state[1]:
-            publishers = dict(state[0]).get(topic, [])
-            for node in {*publishers, *subscribers} - set(uris):
-                try:
-                    uris[node] = master.lookupNode(node)
-                except rosgraph.MasterException:  # it has just ended
-                    uris[node] = None
-            known = [uris[node] for node in publishers if uris[node]]
-            for node in subscribers if known else ():
-                if not uris[node]:
+        publishers, subscribers = dict(state[0]), dict(state[1])
+        uris = _addresses(master, {name for topics in (publishers, subscribers) for names in topics.values() for name in names})
+        silent = set()  # ended or stopped; a publisher of this kind is named all the same: its subscribers stay connected
+        for topic, names in subscribers.items():
+            known = [uris[name] for name in publishers.get(topic, []) if name in uris]
+            for name in names if known else ():
+                if name not in uris or name in silent:
                     continue
                 try:
-                    xmlrpc.client.ServerProxy(uris[node], transport=_Patient()).publisherUpdate("/master", topic, known)
+                    xmlrpc.client.ServerProxy(uris[name], transport=_Patient()).publisherUpdate("/master", topic, known)
                 except (OSError, xmlrpc.client.Error):
-                    uris[node] = None  # it has ended, or is stopped
+                    silent.add(name)
         before, state = state, master.getSystemState()
         if state == before:  # else a newer notice of the master may have come before ours
             return

@@ -291,6 +291,20 @@ class Streams(harness.NodeTest):
         time.sleep(1.0)
         self.assertEqual(odometry.get_num_connections(), 1)
 
+    def test_a_publisher_that_stands_still_stays_connected_when_subscribers_are_told(self):
+        cells = self.start("ratslam_pc")
+        self.publisher("odom", Odometry)
+        self.start("ratslam_em")
+        link = (self.root + "/PoseCell/State", self.named("/ratslam_em"))
+        self.assertTrue(harness.wait_for_links(lambda: link in harness.links(self.named("/ratslam_pc"))), cells.output())
+        self.publisher("PoseCell/State", PoseCellState)  # one that does answer
+        cells.process.send_signal(signal.SIGSTOP)
+        master.tell_subscribers(rospy.get_name())
+        uri = rosgraph.Master(rospy.get_name()).lookupNode(link[1])
+        _, _, heard = xmlrpc.client.ServerProxy(uri).getBusInfo(rospy.get_name())
+        self.assertEqual([topic for _, _, direction, _, topic, *_ in heard if direction == "i"].count(link[0]), 2)
+        cells.process.send_signal(signal.SIGCONT)
+
     def test_every_node_tells_its_state(self):
         states = {}
         rospy.Subscriber("/diagnostics", DiagnosticArray,
