@@ -68,9 +68,12 @@ class Parameters(harness.FolderTest):
         self.assert_fatal(self.start("ratslam_pc", self.config, pc_dim_xy=0), "pc_dim_xy: value 0")
 
     def test_a_parameter_that_counts_more_than_the_file_is_named(self):
-        name = "__name:=overridden"
-        node = self.start("ratslam_pc", self.config, name, pc_dim_xy=13, pc_cell_x_size=0.5)
+        path = self.path("with_a_list.yaml")
+        harness.write_config(path, camera_distortion=[0.1, 0.2, 0, 0])
+        rospy.set_param("/overridden/camera_distortion", [0.1, 0.3, 0, 0])
+        node = self.start("ratslam_pc", path, "__name:=overridden", pc_dim_xy=13, pc_cell_x_size=0.5)
         self.assertTrue(node.said(r"pc_dim_xy: 13 counts, not 11 of \S+:[0-9]+; .*rosparam delete /overridden/pc_dim_xy"), node.output())
+        self.assertTrue(node.said(r"camera_distortion: \[0.1, 0.3, 0, 0\] counts, not \[0.1, 0.2, 0, 0\] of"), node.output())
         self.assertNotIn("pc_cell_x_size", node.output())  # as in the file
 
     def test_crop_outside_the_image_and_smaller_than_the_template(self):

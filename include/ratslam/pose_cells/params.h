@@ -19,8 +19,7 @@ struct PoseCellParams {
   double inhibition_var_th = 0.0;   ///< k_d of the inhibition, along heading [layers]; 0: as inhibition_var
   double global_inhibition = 2e-5;  ///< phi of eq. (2), taken from every cell
   double inject_energy = 0.15;      ///< activity that a recalled view adds while it is not saturated
-  bool openratslam_injection =
-      false;                       ///< that activity goes to one cell: the coordinates of the tie, truncated
+  bool openratslam_injection = false;  ///< that goes to one cell: the coordinates of the tie, truncated
   double active_decay = 1.0;       ///< saturation of a rested view cell, and its growth with each repetition
   double restore = 0.05;           ///< saturation that every view cell loses at each view event
   bool openratslam_corner = true;  ///< path integration treats the plane's corner as OpenRatSLAM does

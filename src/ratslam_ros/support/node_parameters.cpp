@@ -5,12 +5,12 @@
 #include <ros/param.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "ratslam/common/paths.h"
+#include "ratslam/common/text_file.h"
 
 namespace ratslam {
 namespace {
@@ -33,15 +33,34 @@ std::string scalarText(XmlRpc::XmlRpcValue& value, const std::string& origin) {
   }
 }
 
-/// A value as a person writes it: the server keeps 0.04 as 0.040000000000000001.
-std::string shown(const ParameterValue& value) {
-  if (value.is_list) return "a list";
+/// A scalar as a person writes it: the server keeps 0.04 as 0.040000000000000001.
+std::string written(const std::string& scalar) {
   char* end = nullptr;
-  const double number = std::strtod(value.text.c_str(), &end);
-  if (end == value.text.c_str() || *end != '\0') return value.text;
+  const double number = toNumber(scalar.c_str(), &end);
+  if (scalar.empty() || *end != '\0') return shown(scalar);
   char text[32];
   std::snprintf(text, sizeof(text), "%.10g", number);
   return text;
+}
+
+std::string written(const ParameterValue& value) {
+  if (!value.is_list) return written(value.text);
+  std::string list = "[";
+  for (const std::string& element : value.elements) list += (list == "[" ? "" : ", ") + written(element);
+  return list + "]";
+}
+
+/// Says where a node's private parameter differs from its file: the server also keeps what an earlier launch has set.
+void sayWhatOverrides(const ParameterMap& file, const ParameterMap& overriding) {
+  for (const auto& [key, value] : overriding.values()) {
+    if (!file.has(key)) continue;
+    const ParameterValue& replaced = file.values().at(key);
+    const std::string now = written(value);
+    const std::string before = written(replaced);
+    if (now == before) continue;
+    ROS_INFO("%s: %s counts, not %s of %s; if another launch has left it, rosparam delete %s", key.c_str(),
+             now.c_str(), before.c_str(), replaced.origin.c_str(), value.origin.c_str());
+  }
 }
 
 }  // namespace
@@ -75,15 +94,8 @@ ParameterMap loadNodeParameters(int argc, const char* const* argv, const ros::No
   XmlRpc::XmlRpcValue dictionary;
   if (ros::param::get(ns, dictionary) && dictionary.getType() == XmlRpc::XmlRpcValue::TypeStruct) {
     const ParameterMap overriding = parametersFromXmlRpc(dictionary, ns);
-    for (const auto& [key, value] : overriding.values()) {
-      // The server keeps what an earlier launch has set, too.
-      if (map.has(key) && shown(value) != shown(map.values().at(key))) {
-        ROS_INFO("%s: %s counts, not %s of %s; if another launch has left it, rosparam delete %s",
-                 key.c_str(), shown(value).c_str(), shown(map.values().at(key)).c_str(),
-                 map.values().at(key).origin.c_str(), value.origin.c_str());
-      }
-      map.set(key, value);
-    }
+    sayWhatOverrides(map, overriding);
+    for (const auto& [key, value] : overriding.values()) map.set(key, value);
   }
   map.rejectUnknown(systemKeys());
   for (const char* const path : {"map_dir", "trajectory_file"}) {
